@@ -99,7 +99,7 @@ class Controller:
         x: neuron outputs, int16 Q10, shape ``(n_neurons,)``, 0..1024; hidden neurons first, then motors.
     """
 
-    def __init__(self, weights: Weights, size: NetworkSize, dynamics: Dynamics = Dynamics()) -> None:  # noqa: B008
+    def __init__(self, weights: Weights, size: NetworkSize, dynamics: Dynamics = Dynamics()) -> None:
         self.size = size
         self.dynamics = dynamics
         self._weights = _checked(weights, size)
@@ -139,7 +139,7 @@ class FloatController:
         x: neuron outputs, shape ``(n_neurons,)``, 0..1.
     """
 
-    def __init__(self, weights: Weights, size: NetworkSize, dynamics: Dynamics = Dynamics()) -> None:  # noqa: B008
+    def __init__(self, weights: Weights, size: NetworkSize, dynamics: Dynamics = Dynamics()) -> None:
         self.size = size
         self.dynamics = dynamics
         self._weights = _checked(weights, size).astype(np.float64)

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from sceann_hil.coding import NetworkSize, Weights
 from sceann_hil.controller import Dynamics
+from sceann_hil.scenery import Scenery
 
 
 class EndReason(IntEnum):
@@ -202,6 +203,11 @@ class Robot(ABC):
     def spec(self) -> RobotSpec:
         """What this robot is; readable before `connect`."""
 
+    @property
+    def scenery(self) -> Scenery | None:
+        """What it looks like, for viewers; None if there is nothing to draw but signals."""
+        return None
+
     @abstractmethod
     def run(self, trials: Trials) -> Results:
         """Run the trials and tell what happened.
@@ -210,6 +216,14 @@ class Robot(ABC):
             ValueError: the network does not fit the robot.
             RobotError: see the subclasses.
         """
+
+    def trace(self, trials: Trials) -> Results:
+        """Like `run`, with a `Trace` of every trial; only a repeatable robot can be asked this about the past.
+
+        Raises:
+            NotImplementedError: this robot delivers its traces with `run`, or not at all.
+        """
+        raise NotImplementedError(f"{self.spec.name} cannot repeat a trial")
 
     def connect(self) -> None:
         """Make the robot ready; motors stay at their safe output. Does nothing where there is nothing to do."""
