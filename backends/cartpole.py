@@ -148,5 +148,5 @@ class CartPole(SimulatedRobot):
         )
 
     @cached_property
-    def parameters(self) -> NDArray[np.float32]:  # type: ignore[override]
+    def parameters(self) -> NDArray[np.float32]:
         return np.array(self._parameters, np.float32)

@@ -23,9 +23,7 @@ from sceann_hil.scenery import ArenaScenery
 
 _F = np.float32
 _GOAL = int(EndReason.GOAL)
-_STEP_M, _RADIUS, _WIDTH, _HEIGHT, _TARGET_X, _TARGET_Y, _TARGET_RADIUS, _HALF_WIDTH, _REFERENCE, _NOISE = (
-    range(10)
-)
+_STEP_M, _RADIUS, _WIDTH, _HEIGHT, _TARGET_X, _TARGET_Y, _TARGET_RADIUS, _HALF_WIDTH, _REFERENCE, _NOISE = range(10)
 _FIRST_SENSOR = 10
 
 
@@ -44,9 +42,7 @@ def _sense(
         work[0, lane] = wrap_angle(arctangent2(dy, dx) - state[2, lane])
         # the target's angular radius asin(r / d) as an arctangent, and a full half turn from inside it
         rest = distance * distance - parameters[_TARGET_RADIUS] * parameters[_TARGET_RADIUS]
-        work[1, lane] = parameters[_HALF_WIDTH] + arctangent2(
-            parameters[_TARGET_RADIUS], np.sqrt(max(rest, _F(0.0)))
-        )
+        work[1, lane] = parameters[_HALF_WIDTH] + arctangent2(parameters[_TARGET_RADIUS], np.sqrt(max(rest, _F(0.0))))
         gap_m = max(distance - radii, _F(1e-6))
         work[2, lane] = min(parameters[_REFERENCE] / gap_m, _F(1.0))
     for j in range(sensors.shape[0]):
@@ -163,7 +159,7 @@ class DifferentialDrive(SimulatedRobot):
         )
 
     @cached_property
-    def parameters(self) -> NDArray[np.float32]:  # type: ignore[override]
+    def parameters(self) -> NDArray[np.float32]:
         step_m, noise = self._motion
         fixed = (
             step_m,

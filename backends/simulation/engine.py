@@ -128,4 +128,4 @@ class SimulatedRobot(Robot):
                 Trace(trace_state[i, : k + 1], trace_sensors[i, :k], trace_u[i, :k], trace_x[i, :k])
                 for i, k in enumerate(steps)
             ]
-        return Results(end_reasons, steps, hashes, final_states, steps * spec.tick_s, traces)
+        return Results(end_reasons, steps, hashes, final_states, steps.astype(np.float64) * spec.tick_s, traces)

@@ -74,9 +74,7 @@ class Gap:
         """True for the paper's perfect body."""
         return self == Gap()
 
-    def draw(
-        self, keys: NDArray[np.uint64], n_sensors: int, n_motors: int, neutral: float
-    ) -> NDArray[np.float32]:
+    def draw(self, keys: NDArray[np.uint64], n_sensors: int, n_motors: int, neutral: float) -> NDArray[np.float32]:
         """The gap of each trial, from its noise key alone.
 
         Returns:
@@ -90,9 +88,7 @@ class Gap:
         columns += [self.motor_gain] * n_motors
         uniform = uniforms(keys, 3 * len(columns)).reshape(len(keys), 3, len(columns))
         normal = np.sqrt(-2.0 * np.log1p(-uniform[:, 1])) * np.cos(2.0 * np.pi * uniform[:, 2])
-        drawn = np.stack(
-            [spread.draw(uniform[:, 0, c], normal[:, c]) for c, spread in enumerate(columns)], axis=1
-        )
+        drawn = np.stack([spread.draw(uniform[:, 0, c], normal[:, c]) for c, spread in enumerate(columns)], axis=1)
         drawn[:, 0:2] = np.maximum(drawn[:, 0:2], 0.0)
         drawn[:, 2] = np.clip(np.rint(drawn[:, 2]), 0, MAX_LATENCY_STEPS)
         return np.insert(drawn, GAP_FIXED - 1, neutral, axis=1).astype(np.float32)

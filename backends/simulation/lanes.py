@@ -35,9 +35,7 @@ _U = np.uint32
 
 Float32Array = NDArray[np.float32]
 Sense = Callable[[Float32Array, Float32Array, Float32Array, Float32Array], None]
-Advance = Callable[
-    [Float32Array, Float32Array, Float32Array, NDArray[np.int32], Float32Array, Float32Array], None
-]
+Advance = Callable[[Float32Array, Float32Array, Float32Array, NDArray[np.int32], Float32Array, Float32Array], None]
 
 
 def bind(name: str, sense: Sense, advance: Advance) -> Callable[..., None]:

@@ -47,7 +47,8 @@ def cosine(angle: np.float32) -> np.float32:
 @compiled_part
 def wrap_angle(angle: np.float32) -> np.float32:
     """The same direction in [-pi, pi], for angles of any size that a trial can reach."""
-    return angle - TWO_PI * np.floor(angle * _F(0.5 / np.pi) + _F(0.5))
+    turns: np.float32 = np.floor(angle * _F(0.5 / np.pi) + _F(0.5))
+    return angle - TWO_PI * turns
 
 
 @compiled_part
