@@ -50,8 +50,8 @@ class Spread:
 class Gap:
     """Sensor and motor imperfections of one body.
 
-    The controller sees ``gain * s + offset + noise * N(0, 1)`` of a sensor value s in 0..1; the body gets, `latency_steps`
-    later, ``neutral + gain * (m - neutral)`` of a motor value m, or neutral inside the dead band.
+    The controller sees ``gain * s + offset + noise * N(0, 1)`` of a sensor value s in 0..1. The body gets,
+    `latency_steps` later, ``neutral + gain * (m - neutral)`` of a motor value m, or neutral inside the dead band.
 
     Attributes:
         sensor_offset: added to each sensor, in units of full scale; drawn per sensor.
