@@ -40,9 +40,7 @@ class ExperimentConfig(Section):
         pydantic.ValidationError: the network is too large, or the task refuses the robot.
     """
 
-    name: (
-        Annotated[str, Field(max_length=80, pattern=r"^[A-Za-z0-9]([A-Za-z0-9 ._-]*[A-Za-z0-9])?$")] | None
-    ) = None
+    name: Annotated[str, Field(max_length=80, pattern=r"^[A-Za-z0-9]([A-Za-z0-9 ._-]*[A-Za-z0-9])?$")] | None = None
     """What the run is called: letters, digits, spaces and . _ - inside."""
     seed: Annotated[int, Field(ge=0, le=MAX_SEED)] = 1
     """Root of the seed tree: equal seeds give equal runs."""

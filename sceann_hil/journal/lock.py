@@ -7,7 +7,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from sceann_hil.errors import RunLockedError
+from sceann_hil.errors import RunIsLocked
 
 LOCK_NAME = "lock"
 
@@ -28,7 +28,7 @@ class RunLock:
     """Held while a process may write a run; freed by the operating system when the process ends, however it ends.
 
     Raises:
-        RunLockedError: another process holds it.
+        RunIsLocked: another process holds it.
     """
 
     def __init__(self, directory: Path) -> None:
@@ -39,7 +39,10 @@ class RunLock:
         except OSError:
             holder = os.pread(self._descriptor, 32, 0).decode(errors="replace").strip()
             os.close(self._descriptor)
-            raise RunLockedError(directory, holder) from None
+            who = f"process {holder}" if holder else "another process"
+            raise RunIsLocked(
+                f"{directory} is in use: {who} is working on it.", "Wait until it has finished, or stop it first."
+            ) from None
         os.ftruncate(self._descriptor, 0)
         os.pwrite(self._descriptor, f"{os.getpid()}\n".encode(), 0)
 
