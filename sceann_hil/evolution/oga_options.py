@@ -32,7 +32,7 @@ class Scope(_Option):
     """A1: how often an operator acts, and on what."""
 
     PER_OPERON = "per_operon"
-    """Every operon draws on its own; connection and division draw once per operon there is when they begin."""
+    """Every operon draws on its own; connection and division draw once for each one there is at first."""
     PER_INDIVIDUAL = "per_individual"
     """Every operator draws once per child and acts on one operon, all operons being equally likely."""
     SIZE_BIASED = "size_biased"
