@@ -63,7 +63,7 @@ def sigmoid_table() -> NDArray[np.int16]:
     with localcontext() as context:
         context.prec = 50
         nodes = [int(Decimal(ONE) / (1 + (-(Decimal(k) - 64) / 8).exp()) + Decimal("0.5")) for k in range(129)]
-    table = np.array([*nodes, nodes[-1]], dtype=np.int16)
+    table: NDArray[np.int16] = np.array([*nodes, nodes[-1]], dtype=np.int16)
     table.flags.writeable = False
     return table
 

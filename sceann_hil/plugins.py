@@ -77,6 +77,11 @@ class TaskConfig(PluginConfig):
 class AlgorithmConfig(PluginConfig):
     """The `algorithm` section."""
 
+    population: int
+    """Individuals per generation."""
+    generations: int
+    """Generations after the initial one, so one more is evaluated."""
+
     @abstractmethod
     def build(self, genome_length: int) -> Algorithm[Any]:
         """The algorithm for genomes of `genome_length` bits."""

@@ -27,9 +27,7 @@ from sceann_hil.evolution.oga_options import (
 )
 
 LEAST_P = 1e-4
-NOTHING: dict[str, Any] = dict.fromkeys(
-    ("connection", "division", "duplication", "deletion", "inversion"), 0.0
-)
+NOTHING: dict[str, Any] = dict.fromkeys(("connection", "division", "duplication", "deletion", "inversion"), 0.0)
 
 
 def assert_sound(state: OGAState, cap: int) -> None:
@@ -103,9 +101,7 @@ def test_without_its_five_operators_it_breeds_as_the_sga_does() -> None:
     sga_state = State(oga_state.genomes, oga_state.parents)
     counts = np.zeros((2, 4, 8), dtype=int)
     for _ in range(4_000):
-        for which, children in enumerate(
-            (sga.tell(sga_state, fitness, rng), oga.tell(oga_state, fitness, rng))
-        ):
+        for which, children in enumerate((sga.tell(sga_state, fitness, rng), oga.tell(oga_state, fitness, rng))):
             np.add.at(counts[which], (children.parents[1:], children.genomes[1:] @ [4, 2, 1]), 1)
     table = counts.reshape(2, -1)
     assert stats.chi2_contingency(table[:, table.sum(axis=0) > 0]).pvalue > LEAST_P
@@ -142,9 +138,7 @@ def test_the_elite_keeps_its_lists_and_operons() -> None:
         (InitialOperons.PER_PARAMETER, 2, [0, 0, 1, 1, 2, 2]),
     ],
 )
-def test_initial_operons(
-    initial_operons: InitialOperons, parameter_loci: int | None, expected: list[int]
-) -> None:
+def test_initial_operons(initial_operons: InitialOperons, parameter_loci: int | None, expected: list[int]) -> None:
     chosen = OGAOptions(initial_operons=initial_operons, parameter_loci=parameter_loci)
     state = OGA(6, options=chosen).start(np.random.default_rng(0))
     assert (state.operons == expected).all()
