@@ -209,7 +209,7 @@ def test_one_compilation_serves_started_told_and_loaded_states() -> None:
         algorithm = kind().build(24)
         state = _run(algorithm, 2)
         algorithm.tell(algorithm.load(algorithm.dump(state)), np.arange(25), np.random.default_rng(0))
-        assert len(module.next_generation.signatures) == 1  # type: ignore[attr-defined]
+        assert len(module.next_generation.signatures) == 1
 
 
 def test_numba_is_not_imported_before_the_first_tell() -> None:

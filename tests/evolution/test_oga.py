@@ -178,6 +178,18 @@ def test_bit_mutation_before_or_after_the_operators() -> None:
     assert (before.values[:, :, 0] == before.values[:, :, 1]).all()
 
 
+def test_duplication_comes_before_deletion_and_deletion_before_inversion() -> None:
+    assert (_children(duplication=1.0, deletion=1.0).lengths == 1).all()
+    chosen = OGAOptions(
+        **(NOTHING | {"deletion": 1.0, "inversion": 1.0}), initial_list=InitialList.RANDOM_BITS
+    )
+    algorithm = OGA(16, mutation_rate=0.0, elites=0, options=chosen)
+    rng = np.random.default_rng(6)
+    state = algorithm.start(rng)
+    children = algorithm.tell(state, np.zeros(25), rng)
+    assert np.array_equal(children.values[:, :, :5], state.values[children.parents][:, :, :0:-1])
+
+
 def test_an_operator_acts_on_whole_operons_unless_the_scope_is_per_locus() -> None:
     together = _children(duplication=0.5)
     assert (together.lengths == together.lengths[:, :1]).all()
