@@ -180,9 +180,7 @@ def test_bit_mutation_before_or_after_the_operators() -> None:
 
 def test_duplication_comes_before_deletion_and_deletion_before_inversion() -> None:
     assert (_children(duplication=1.0, deletion=1.0).lengths == 1).all()
-    chosen = OGAOptions(
-        **(NOTHING | {"deletion": 1.0, "inversion": 1.0}), initial_list=InitialList.RANDOM_BITS
-    )
+    chosen = OGAOptions(**(NOTHING | {"deletion": 1.0, "inversion": 1.0}), initial_list=InitialList.RANDOM_BITS)
     algorithm = OGA(16, mutation_rate=0.0, elites=0, options=chosen)
     rng = np.random.default_rng(6)
     state = algorithm.start(rng)
