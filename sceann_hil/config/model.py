@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Annotated, Self
 
 from pydantic import Field, SerializeAsAny, model_validator
@@ -68,17 +70,15 @@ class ExperimentConfig(Section):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        try:
+        with _blaming(self, "robot"):
             _ = self.robot.spec
-        except Misfit as error:
-            raise Misfit(error.message, *(f"robot.{key}" for key in error.keys)) from error
-        except ValueError as error:
-            raise Misfit(str(error), "robot") from error
         try:
             _ = self.size
         except ValueError as error:
             sensors = "robot.n_sensors" if "n_sensors" in type(self.robot).model_fields else "robot.type"
             raise Misfit(str(error), sensors, "controller.n_hidden") from error
+        with _blaming(self, "algorithm"):
+            self.algorithm.build(self.genome_length)
         try:
             self.task.check(self.robot)
         except Misfit:
@@ -86,3 +86,17 @@ class ExperimentConfig(Section):
         except ValueError as error:
             raise Misfit(str(error), "task.type", "robot.type") from error
         return self
+
+
+@contextmanager
+def _blaming(config: ExperimentConfig, section: str) -> Iterator[None]:
+    """Turn a ValueError about a section's values into a `Misfit` that names keys as seen from the top."""
+    try:
+        yield
+    except Misfit as error:
+        raise Misfit(error.message, *(f"{section}.{key}" for key in error.keys)) from error
+    except ValueError as error:
+        key, colon, rest = str(error).partition(": ")
+        if colon and key in type(getattr(config, section)).model_fields:
+            raise Misfit(rest, f"{section}.{key}") from error
+        raise Misfit(str(error), section) from error
