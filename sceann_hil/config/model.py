@@ -3,18 +3,34 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Annotated, Self
 
-from pydantic import Field, SerializeAsAny, model_validator
+from pydantic import AfterValidator, Field, SerializeAsAny, model_validator
 
 from sceann_hil.coding import Coding, NetworkSize
+from sceann_hil.config.problems import shown
 from sceann_hil.controller import ONE, Dynamics, Neuron
 from sceann_hil.plugins import AlgorithmConfig, Misfit, RobotConfig, Section, TaskConfig
 
 MAX_SEED = 2**63 - 1
 """Largest seed: what the journal's database keeps as an integer."""
+
+
+_NAME = re.compile(r"^[A-Za-z0-9]([A-Za-z0-9 ._-]{0,78}[A-Za-z0-9])?$")
+
+
+def _checked_name(name: str) -> str:
+    if not _NAME.fullmatch(name):
+        raise ValueError(
+            f"expected at most 80 letters and digits, with spaces and . _ - inside, got {shown(name)}"
+        )
+    return name
+
+
+Name = Annotated[str, AfterValidator(_checked_name), Field(json_schema_extra={"pattern": _NAME.pattern})]
 
 
 class ControllerConfig(Section):
@@ -42,9 +58,7 @@ class ExperimentConfig(Section):
         pydantic.ValidationError: the network is too large, or the task refuses the robot.
     """
 
-    name: (
-        Annotated[str, Field(max_length=80, pattern=r"^[A-Za-z0-9]([A-Za-z0-9 ._-]*[A-Za-z0-9])?$")] | None
-    ) = None
+    name: Name | None = None
     """What the run is called: letters, digits, spaces and . _ - inside."""
     seed: Annotated[int, Field(ge=0, le=MAX_SEED)] = 1
     """Root of the seed tree: equal seeds give equal runs."""

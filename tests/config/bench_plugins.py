@@ -1,4 +1,4 @@
-"""Small plug-ins of every shape that the configuration must cope with; installed by the fixtures in conftest.py."""
+"""Small plug-ins of every shape that the configuration must cope with; conftest.py installs them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Plug-ins for the tests, installed as real packages in a folder that the registry looks into and nowhere else."""
+"""Plug-ins for the tests, installed as real packages in a folder where the registry looks, and only there."""
 
 from __future__ import annotations
 
