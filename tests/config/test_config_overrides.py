@@ -70,7 +70,8 @@ def test_a_setting_corrects_what_is_wrong_in_the_file(file: Path) -> None:
         ("seed=", "--set seed=: expected a whole number, got nothing"),
         (
             "sede=1",
-            "--set sede=1: unknown key, did you mean seed? Expected algorithm, controller, name, robot, seed or task",
+            "--set sede=1: unknown key, did you mean seed? "
+            "Expected algorithm, controller, name, robot, seed or task",
         ),
         ("task.start_m=[1]", "--set task.start_m=[1]: expected 2 values, got a list of 1 value"),
         (
@@ -91,7 +92,8 @@ def test_a_setting_corrects_what_is_wrong_in_the_file(file: Path) -> None:
         ),
         (
             "robot.n_sensors=21",
-            "--set robot.n_sensors=21: robot.n_sensors (--set robot.n_sensors=21) and controller.n_hidden (line 6): "
+            "--set robot.n_sensors=21: "
+            "robot.n_sensors (--set robot.n_sensors=21) and controller.n_hidden (line 6): "
             "n_sensors + n_hidden + n_motors: expected at most 23 sources (a larger sum could overflow the 16-bit "
             "neuron), got 21 + 2 + 2 = 25",
         ),
