@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import sys
+import zlib
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import pytest
-from conftest import Install
 
 from sceann_hil.errors import ExitCode, PluginError
 from sceann_hil.registry import Group, available, load, package_of
 
+Install = Callable[[str, Mapping[str, Mapping[str, str]]], None]
 
-def test_plugins_are_listed_by_name(bench: None) -> None:
+
+@pytest.mark.usefixtures("bench")
+def test_plugins_are_listed_by_name() -> None:
     assert list(available(Group.ROBOTS)) == ["rover", "stilt"]
     assert list(available(Group.TASKS)) == ["reach", "stand"]
     assert package_of(available(Group.ROBOTS)["rover"]) == "bench 1.0"
@@ -23,7 +27,8 @@ def test_listing_imports_nothing(install: Install) -> None:
     assert list(available(Group.ROBOTS)) == ["ghost"]
 
 
-def test_a_plugin_is_loaded_by_name(bench: None) -> None:
+@pytest.mark.usefixtures("bench")
+def test_a_plugin_is_loaded_by_name() -> None:
     model = load(Group.ROBOTS, "rover")
     assert model.__name__ == "RoverConfig"
     assert "bench_plugins" in sys.modules
@@ -45,7 +50,8 @@ def test_two_packages_with_one_name_are_both_named(install: Install) -> None:
     )
 
 
-def test_an_unknown_name_is_answered_with_the_installed_ones(bench: None) -> None:
+@pytest.mark.usefixtures("bench")
+def test_an_unknown_name_is_answered_with_the_installed_ones() -> None:
     assert complaint(Group.TASKS, "reech") == "There is no task 'reech'; installed are reach, stand."
     with pytest.raises(PluginError, match=r"Did you mean reach\?"):
         load(Group.TASKS, "reech")
@@ -67,15 +73,16 @@ def test_an_unknown_name_is_answered_with_the_installed_ones(bench: None) -> Non
     ],
 )
 def test_a_broken_plugin_is_reported_with_its_package(
-    install: Install, tmp_path: Path, source: str, reason: str, request: pytest.FixtureRequest
+    install: Install, tmp_path: Path, source: str, reason: str
 ) -> None:
-    module = f"hexapod_{abs(hash(request.node.name))}"
+    module = f"hexapod_{zlib.crc32(source.encode())}"
     install("six-legs", {"robots": {"hexapod": f"{module}:Hexapod"}})
     (tmp_path / "site" / f"{module}.py").write_text(source)
     message = complaint(Group.ROBOTS, "hexapod")
     assert message.startswith(f"The robot 'hexapod' of six-legs 1.0 ({module}:Hexapod) {reason}")
 
 
-def test_an_installation_without_plugins_says_how_to_repair_it(install: Install) -> None:
+@pytest.mark.usefixtures("install")
+def test_an_installation_without_plugins_says_how_to_repair_it() -> None:
     with pytest.raises(PluginError, match="No algorithms are installed"):
         available(Group.ALGORITHMS)
