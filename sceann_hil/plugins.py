@@ -82,11 +82,6 @@ class AlgorithmConfig(PluginConfig):
     population: int
     """Individuals per generation."""
     generations: int
-    """Generations after the initial one."""
-
-    population: int
-    """Individuals per generation."""
-    generations: int
     """Generations after the initial one, so one more is evaluated."""
 
     @abstractmethod

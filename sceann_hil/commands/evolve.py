@@ -20,12 +20,6 @@ from sceann_hil.commands.progress import show_progress
 from sceann_hil.config import load_config
 from sceann_hil.errors import ExitCode
 from sceann_hil.experiment import Experiment, Outcome, StopRequest
-from sceann_hil.recording.process import RecorderProcess, RecordDetail
-
-Record = Annotated[
-    RecordDetail,
-    typer.Option(help="Which trials go to the viewer: all, the best of each generation, or none."),
-]
 
 
 def register(app: typer.Typer) -> None:
@@ -41,7 +35,6 @@ def evolve(
     ] = None,
     seed: Seed = None,
     overrides: Overrides = None,
-    record: Record = RecordDetail.ALL,
     as_json: AsJson = False,
 ) -> None:
     """Evolve controllers as a configuration says.
@@ -53,29 +46,26 @@ def evolve(
     settings = load_config(config, overrides_of(overrides, seed))
     directory = out or Path("runs") / f"{config.stem}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
     with Experiment.create(settings, directory) as experiment:
-        _run(experiment, record, as_json)
+        _run(experiment, as_json)
 
 
-def resume(directory: RunDirectory, record: Record = RecordDetail.ALL, as_json: AsJson = False) -> None:
+def resume(directory: RunDirectory, as_json: AsJson = False) -> None:
     """Go on with a run that was stopped, paused or killed.
 
     Example: sceann resume runs/first
     """
     with Experiment.open(directory) as experiment:
-        _run(experiment, record, as_json)
+        _run(experiment, as_json)
 
 
-def _run(experiment: Experiment, record: RecordDetail, as_json: bool) -> None:
+def _run(experiment: Experiment, as_json: bool) -> None:
     console = Console(stderr=True, highlight=False)
-    recorder = RecorderProcess(experiment.directory, record)
     started = time.monotonic()
     with experiment.config.robot.build() as robot:
-        recorder.start()
         last = experiment.config.algorithm.generations
         with _stop_on_interrupt(console) as stop, show_progress(console, last) as report:
             outcome = experiment.evolve(robot, report, stop)
     evolved_s = time.monotonic() - started
-    _finish_recording(console, recorder)
     summary = _summary(experiment, outcome, evolved_s)
     if as_json:
         print_json(summary)
@@ -105,11 +95,6 @@ def _stop_on_interrupt(console: Console) -> Iterator[Any]:
         yield lambda: request
     finally:
         signal.signal(signal.SIGINT, before)
-
-
-def _finish_recording(console: Console, recorder: RecorderProcess) -> None:
-    for message in recorder.finish():
-        console.print(message)
 
 
 def _summary(experiment: Experiment, outcome: Outcome, evolved_s: float) -> dict[str, Any]:
@@ -143,5 +128,5 @@ def _print_summary(console: Console, summary: dict[str, Any]) -> None:
         table.add_row("its genome", champion["genome"])
     console.print(table)
     follow = ["status"] if summary["outcome"] == "finished" else ["resume", "status"]
-    for command in [*follow, "view"]:
+    for command in follow:
         console.print(f"  sceann {command} {directory}")

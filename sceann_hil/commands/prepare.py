@@ -28,7 +28,9 @@ def list_plugins(as_json: AsJson = False) -> None:
     """
     groups = {group: available(group) for group in Group}
     if as_json:
-        print_json({group.name.lower(): {n: package_of(e) for n, e in found.items()} for group, found in groups.items()})
+        print_json(
+            {group.name.lower(): {n: package_of(e) for n, e in found.items()} for group, found in groups.items()}
+        )
         return
     table = Table("kind", "type", "from package")
     for group, found in groups.items():
@@ -59,7 +61,9 @@ def plan(config: ConfigFile, seed: Seed = None, overrides: Overrides = None, as_
     table.add_row("network", forecast.network)
     table.add_row("generations", f"{forecast.generations} of {forecast.population} individuals")
     table.add_row("trials", f"{forecast.trials} ({forecast.trials_per_individual} per individual)")
-    table.add_row("robot time at most", f"{_time(forecast.longest_robot_s)} ({_time(forecast.longest_trial_s)} per trial)")
+    table.add_row(
+        "robot time at most", f"{_time(forecast.longest_robot_s)} ({_time(forecast.longest_trial_s)} per trial)"
+    )
     table.add_row("prompts to a person", str(forecast.prompts))
     Console().print(table)
 

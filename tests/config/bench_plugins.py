@@ -49,9 +49,7 @@ class RoverConfig(RobotConfig):
 
     @property
     def spec(self) -> RobotSpec:
-        return RobotSpec(
-            "rover", self.n_sensors, 2, self.tick_s, ("x_m", "y_m"), ("x_m", "y_m"), self.attended
-        )
+        return RobotSpec("rover", self.n_sensors, 2, self.tick_s, ("x_m", "y_m"), ("x_m", "y_m"), self.attended)
 
     def build(self) -> Robot:
         raise NotImplementedError
