@@ -41,6 +41,6 @@ def compiled(function: _Function) -> _Function:
     return cast(_Function, numba.njit(cache=True, nogil=True, error_model="numpy")(function))
 
 
-def inlined(function: _Function) -> _Function:
-    """Like `compiled`, for the small functions that a kernel calls in its inner loop."""
-    return cast(_Function, numba.njit(inline="always", error_model="numpy")(function))
+def compiled_part(function: _Function) -> _Function:
+    """Like `compiled`, for the pieces that only other compiled functions call; they need no cache of their own."""
+    return cast(_Function, numba.njit(error_model="numpy")(function))

@@ -191,9 +191,7 @@ def as_user_error(error: BaseException) -> UserError | None:
     if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
         return DiskFull(f"The disk is full: {_where(error)} could not be written.", _FREE_SPACE)
     if isinstance(error, OSError) and error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
-        return CannotWrite(
-            f"{_where(error)}: {error.strerror}.", "Choose another place, or change its permissions."
-        )
+        return CannotWrite(f"{_where(error)}: {error.strerror}.", "Choose another place, or change its permissions.")
     return None
 
 

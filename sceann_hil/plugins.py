@@ -82,7 +82,7 @@ class AlgorithmConfig(PluginConfig):
     population: int
     """Individuals per generation."""
     generations: int
-    """Generations after the initial one."""
+    """Generations after the initial one, so one more is evaluated."""
 
     @abstractmethod
     def build(self, genome_length: int) -> Algorithm[Any]:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from sceann_hil.coding import NetworkSize, Weights
 from sceann_hil.controller import Dynamics
+from sceann_hil.scenery import Scenery
 
 
 class EndReason(IntEnum):
@@ -175,6 +176,17 @@ class Results:
     durations_s: NDArray[np.float64]
     traces: Sequence[Trace] | None = None
 
+    @classmethod
+    def void(cls, n: int, reason: EndReason, n_state: int) -> Self:
+        """Results of n trials that measured nothing."""
+        return cls(
+            end_reasons=np.full(n, reason, np.uint8),
+            steps=np.zeros(n, np.int32),
+            hashes=np.zeros(n, np.uint16),
+            final_states=np.zeros((n, n_state), np.float32),
+            durations_s=np.zeros(n, np.float64),
+        )
+
     def __len__(self) -> int:
         return len(self.end_reasons)
 
@@ -202,6 +214,11 @@ class Robot(ABC):
     def spec(self) -> RobotSpec:
         """What this robot is; readable before `connect`."""
 
+    @property
+    def scenery(self) -> Scenery | None:
+        """What it looks like, for viewers; None if there is nothing to draw but signals."""
+        return None
+
     @abstractmethod
     def run(self, trials: Trials) -> Results:
         """Run the trials and tell what happened.
@@ -210,6 +227,24 @@ class Robot(ABC):
             ValueError: the network does not fit the robot.
             RobotError: see the subclasses.
         """
+
+    def trace(self, trials: Trials) -> Results:
+        """Like `run`, with a `Trace` of every trial; only a repeatable robot can be asked this about the past.
+
+        Raises:
+            NotImplementedError: this robot delivers its traces with `run`, or not at all.
+        """
+        raise NotImplementedError(f"{self.spec.name} cannot repeat a trial")
+
+    def settle(self, trials: Trials) -> Results:
+        """What became of trials whose start was journalled and whose outcome never was (the host died in between).
+
+        A repeatable robot simply runs them again. Any other must not make up a result: unless it remembers the
+        trial, the attempt is void.
+        """
+        if self.spec.repeatable:
+            return self.run(trials)
+        return Results.void(len(trials), EndReason.LINK_LOST, len(self.spec.state_fields))
 
     def connect(self) -> None:
         """Make the robot ready; motors stay at their safe output. Does nothing where there is nothing to do."""

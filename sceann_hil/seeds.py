@@ -39,12 +39,20 @@ def keys(root_seed: int, purpose: Purpose, *numbers: ArrayLike) -> NDArray[np.ui
         numbers: arrays that broadcast against each other (generation, individual, trial, attempt).
 
     Returns:
-        One key per element of the broadcast shape, made by chaining the SplitMix64 finaliser (Steele et al. 2014).
+        One key per element of the broadcast shape (at least one-dimensional), made by chaining the SplitMix64
+        finaliser (Steele et al. 2014).
     """
-    key = _mix(np.asarray(root_seed % 2**64, dtype=np.uint64))
+    key = _mix(np.array([root_seed % 2**64], dtype=np.uint64))
     for number in (int(purpose), *numbers):
-        key = _mix((key + _GOLDEN) ^ np.asarray(number).astype(np.uint64))
-    return np.asarray(key)
+        key = _mix(key ^ np.asarray(number).astype(np.uint64))
+    return key
+
+
+def uniforms(stream_keys: NDArray[np.uint64], count: int) -> NDArray[np.float64]:
+    """`count` numbers in [0, 1) from each key, float64, shape ``(n, count)``."""
+    counters = np.arange(1, count + 1, dtype=np.uint64)
+    bits = _mix(stream_keys[:, None] ^ _mix(counters)) >> np.uint64(11)
+    return bits.astype(np.float64) * 2.0**-53
 
 
 def _mix(z: NDArray[np.uint64]) -> NDArray[np.uint64]:

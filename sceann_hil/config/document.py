@@ -79,9 +79,7 @@ def parse(text: str, source: str, override: int = 0) -> Document:
         node = _Loader(text).get_single_node()
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
-        place = (
-            Place(override, mark.line + 1, mark.column + 1, source) if mark else Place(override, 1, 1, source)
-        )
+        place = Place(override, mark.line + 1, mark.column + 1, source) if mark else Place(override, 1, 1, source)
         fail(place, _syntax(error))
     except ReaderError as error:
         line = text.count("\n", 0, error.position) + 1
@@ -114,9 +112,7 @@ class _Resolver(BaseResolver):
     """Which plain scalars are not text: the core schema of YAML 1.2."""
 
 
-_Resolver.add_implicit_resolver(
-    "tag:yaml.org,2002:null", re.compile(r"(?:~|null|Null|NULL|)\Z"), ["~", "n", "N", ""]
-)
+_Resolver.add_implicit_resolver("tag:yaml.org,2002:null", re.compile(r"(?:~|null|Null|NULL|)\Z"), ["~", "n", "N", ""])
 _Resolver.add_implicit_resolver(
     "tag:yaml.org,2002:bool", re.compile(r"(?:true|True|TRUE|false|False|FALSE)\Z"), list("tTfF")
 )

@@ -24,9 +24,7 @@ _NAME = re.compile(r"^[A-Za-z0-9]([A-Za-z0-9 ._-]{0,78}[A-Za-z0-9])?$")
 
 def _checked_name(name: str) -> str:
     if not _NAME.fullmatch(name):
-        raise ValueError(
-            f"expected at most 80 letters and digits, with spaces and . _ - inside, got {shown(name)}"
-        )
+        raise ValueError(f"expected at most 80 letters and digits, with spaces and . _ - inside, got {shown(name)}")
     return name
 
 

@@ -40,6 +40,6 @@ def test_the_example_plugin_works_as_it_is_printed() -> None:
         "RobotSpec": RobotSpec,
         "__name__": "hexapod",
     }
-    exec(source, names)
+    exec(compile(source, "docs", "exec", dont_inherit=True), names)
     spec = names["HexapodConfig"](port="/dev/null").spec
     assert (spec.n_sensors, spec.n_motors, spec.tick_s) == (4, 3, 0.05)

@@ -14,9 +14,7 @@ from sceann_hil.config import ControllerConfig, ExperimentConfig, config_differe
 from sceann_hil.controller import Neuron
 
 pytestmark = pytest.mark.usefixtures("bench")
-same_bench = settings(
-    suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=200
-)
+same_bench = settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=200)
 
 numbers = st.floats(allow_nan=False, allow_infinity=False)
 probabilities = st.floats(0, 1)
@@ -49,11 +47,10 @@ def configurations(draw: st.DrawFn) -> ExperimentConfig:
     import bench_plugins as bench
 
     pairs = st.tuples(numbers, numbers)
-    spreads = numbers | st.builds(bench.Uniform, uniform=pairs) | st.builds(bench.Normal, normal=pairs)
+    ranges = pairs.map(lambda pair: (min(pair), max(pair)))
+    spreads = numbers | st.builds(bench.Uniform, uniform=ranges) | st.builds(bench.Normal, normal=pairs)
     return ExperimentConfig(
-        name=draw(
-            st.none() | st.from_regex(r"[A-Za-z0-9]([A-Za-z0-9 ._-]{0,78}[A-Za-z0-9])?", fullmatch=True)
-        ),
+        name=draw(st.none() | st.from_regex(r"[A-Za-z0-9]([A-Za-z0-9 ._-]{0,78}[A-Za-z0-9])?", fullmatch=True)),
         seed=draw(st.integers(0, 2**63 - 1)),
         task=bench.ReachConfig(
             max_steps=draw(st.integers(1, 10_000)),
@@ -73,9 +70,7 @@ def configurations(draw: st.DrawFn) -> ExperimentConfig:
             neuron=draw(st.sampled_from(Neuron)),
             initial_output=draw(probabilities),
         ),
-        algorithm=bench.ClimbConfig(
-            elites=draw(st.integers(0, 24)), mutation_rate=draw(st.none() | probabilities)
-        ),
+        algorithm=bench.ClimbConfig(elites=draw(st.integers(0, 24)), mutation_rate=draw(st.none() | probabilities)),
     )
 
 
