@@ -186,7 +186,7 @@ def as_user_error(error: BaseException) -> UserError | None:
             return user_error(str(error), hint)
     if isinstance(error, KeyboardInterrupt):
         return InterruptedNow(ExitCode.INTERRUPTED_NOW.meaning, "`sceann resume` continues the run.")
-    if isinstance(error, sqlite3.OperationalError) and error.sqlite_errorcode == sqlite3.SQLITE_FULL:
+    if getattr(error, "sqlite_errorcode", None) == sqlite3.SQLITE_FULL:
         return DiskFull("The disk is full: the journal could not be written.", _FREE_SPACE)
     if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
         return DiskFull(f"The disk is full: {_where(error)} could not be written.", _FREE_SPACE)
