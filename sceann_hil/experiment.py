@@ -154,15 +154,15 @@ class Experiment:
         self.journal.note("resumed" if begun else "started", f"process {os.getpid()}")
         try:
             for number, state in self._generations(algorithm):
-                if stop() is not StopRequest.NONE:
-                    self.journal.note("stopped", "after a generation, as asked", number)
-                    return Outcome.STOPPED_AFTER_GENERATION
                 started = time.monotonic()
                 evaluation = evaluator.evaluate(number, algorithm.ask(state))
                 self.journal.finish_generation(
                     number, evaluation.fitness, time.monotonic() - started, evaluation.success_rate
                 )
                 report(self._progress(number, evaluation.fitness.size * task.n_trials))
+                if stop() is StopRequest.AFTER_GENERATION and number < self.config.algorithm.generations:
+                    self.journal.note("stopped", "after a generation, as asked", number)
+                    return Outcome.STOPPED_AFTER_GENERATION
         except Stopped:
             self.journal.note("stopped", "before a trial, as asked")
             return Outcome.STOPPED_NOW
