@@ -8,7 +8,7 @@ Bit 1 means a positive sign, and bit 1 means that the connection is present.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import StrEnum
+from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,7 +58,7 @@ class NetworkSize:
         return self.n_sensors + self.n_hidden + self.n_motors
 
 
-class Coding(StrEnum):
+class Coding(Enum):
     """How a bit string codes the connections of one neuron's block."""
 
     SCEANN1 = "sceann1"
@@ -98,9 +98,7 @@ class Coding(StrEnum):
         genome = np.asarray(genome, dtype=np.uint8)
         length = self.genome_length(size)
         if genome.shape[-1:] != (length,):
-            raise ValueError(
-                f"genome: expected {length} bits for {self.value} with {size}, got shape {genome.shape}"
-            )
+            raise ValueError(f"genome: expected {length} bits for {self.value} with {size}, got shape {genome.shape}")
         blocks = genome.reshape(*genome.shape[:-1], size.n_neurons, self.block_length(size)).astype(np.int8)
         n = size.n_sources
         match self:
@@ -126,9 +124,7 @@ class Coding(StrEnum):
         """
         weights = np.asarray(weights, dtype=np.int8)
         if weights.shape[-2:] != (size.n_neurons, size.n_sources):
-            raise ValueError(
-                f"weights: expected shape (..., {size.n_neurons}, {size.n_sources}), got {weights.shape}"
-            )
+            raise ValueError(f"weights: expected shape (..., {size.n_neurons}, {size.n_sources}), got {weights.shape}")
         positive, present = weights > 0, weights != 0
         match self:
             case Coding.SCEANN1:

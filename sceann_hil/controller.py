@@ -62,9 +62,7 @@ def sigmoid_table() -> NDArray[np.int16]:
     """
     with localcontext() as context:
         context.prec = 50
-        nodes = [
-            int(Decimal(ONE) / (1 + (-(Decimal(k) - 64) / 8).exp()) + Decimal("0.5")) for k in range(129)
-        ]
+        nodes = [int(Decimal(ONE) / (1 + (-(Decimal(k) - 64) / 8).exp()) + Decimal("0.5")) for k in range(129)]
     table = np.array([*nodes, nodes[-1]], dtype=np.int16)
     table.flags.writeable = False
     return table
@@ -88,7 +86,7 @@ def quantise_sensors(values: ArrayLike) -> NDArray[np.uint16]:
 def sensors_to_q10(wire: ArrayLike) -> NDArray[np.int16]:
     """Wire values 0..1023 as Q10 values 0..1024, with mid-scale symmetric about 512: q = r + (r >> 9)."""
     r = np.asarray(wire, dtype=np.int16)
-    return r + (r >> 9)
+    return (r + (r >> 9)).astype(np.int16)
 
 
 class Controller:
@@ -99,7 +97,7 @@ class Controller:
         x: neuron outputs, int16 Q10, shape ``(n_neurons,)``, 0..1024; hidden neurons first, then motors.
     """
 
-    def __init__(self, weights: Weights, size: NetworkSize, dynamics: Dynamics = Dynamics()) -> None:  # noqa: B008
+    def __init__(self, weights: Weights, size: NetworkSize, dynamics: Dynamics = Dynamics()) -> None:
         self.size = size
         self.dynamics = dynamics
         self._weights = _checked(weights, size)
@@ -139,7 +137,7 @@ class FloatController:
         x: neuron outputs, shape ``(n_neurons,)``, 0..1.
     """
 
-    def __init__(self, weights: Weights, size: NetworkSize, dynamics: Dynamics = Dynamics()) -> None:  # noqa: B008
+    def __init__(self, weights: Weights, size: NetworkSize, dynamics: Dynamics = Dynamics()) -> None:
         self.size = size
         self.dynamics = dynamics
         self._weights = _checked(weights, size).astype(np.float64)

@@ -1,0 +1,152 @@
+"""A simulated cart with a pole: Katada & Nakazawa, Section IV, with the standard frictionless equations."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from backends.simulation.engine import SimulatedRobot
+from backends.simulation.gap import Gap
+from backends.simulation.lanes import RUNNING
+from backends.simulation.maths import cosine, sine
+from backends.simulation.neurons import LANES
+from sceann_hil.compiled import compiled_part
+from sceann_hil.robot import EndReason, RobotSpec
+from sceann_hil.scenery import CartPoleScenery
+
+GRAVITY_M_S2 = 9.8
+CART_KG = 1.0
+POLE_KG = 0.1
+POLE_HALF_LENGTH_M = 0.5
+LARGEST_FORCE_N = 10.0
+TRACK_M = 2.4
+LARGEST_ANGLE_RAD = np.deg2rad(36.0)
+
+_F = np.float32
+_G = _F(GRAVITY_M_S2)
+_LENGTH = _F(POLE_HALF_LENGTH_M)
+_POLE_MOMENT = _F(POLE_KG * POLE_HALF_LENGTH_M)
+_MASS = _F(CART_KG + POLE_KG)
+_TRACK = _F(TRACK_M)
+_ANGLE = _F(LARGEST_ANGLE_RAD)
+_FELL = int(EndReason.FELL)
+_OUT = int(EndReason.OUT_OF_BOUNDS)
+
+
+class Integrator(StrEnum):
+    """How a tick's accelerations become motion."""
+
+    EULER = "euler"
+    """Positions move with the old velocities (the paper's "Euler's method")."""
+    SEMI_IMPLICIT_EULER = "semi_implicit_euler"
+    """Positions move with the new velocities."""
+
+
+@compiled_part
+def _sense(
+    state: NDArray[np.float32],
+    sensors: NDArray[np.float32],
+    work: NDArray[np.float32],
+    parameters: NDArray[np.float32],
+) -> None:
+    half_v, half_w = parameters[2], parameters[3]
+    for lane in range(LANES):
+        sensors[0, lane] = (state[0, lane] + _TRACK) / (_F(2.0) * _TRACK)
+        sensors[1, lane] = (state[2, lane] + _ANGLE) / (_F(2.0) * _ANGLE)
+    if sensors.shape[0] == 4:
+        for lane in range(LANES):
+            sensors[2, lane] = (state[1, lane] + half_v) / (_F(2.0) * half_v)
+            sensors[3, lane] = (state[3, lane] + half_w) / (_F(2.0) * half_w)
+
+
+@compiled_part
+def _advance(
+    state: NDArray[np.float32],
+    motors: NDArray[np.float32],
+    noise: NDArray[np.float32],
+    end_reasons: NDArray[np.int32],
+    work: NDArray[np.float32],
+    parameters: NDArray[np.float32],
+) -> None:
+    tick = parameters[0]
+    implicit = parameters[1]
+    for lane in range(LANES):
+        x, v, angle, rate = state[0, lane], state[1, lane], state[2, lane], state[3, lane]
+        force = _F(LARGEST_FORCE_N) * (_F(2.0) * motors[0, lane] - _F(1.0))
+        s, c = sine(angle), cosine(angle)
+        thrust = (force + _POLE_MOMENT * rate * rate * s) / _MASS
+        angular = (_G * s - c * thrust) / (_LENGTH * (_F(4.0 / 3.0) - _F(POLE_KG) * c * c / _MASS))
+        linear = thrust - _POLE_MOMENT * angular * c / _MASS
+        new_v = v + tick * linear
+        new_rate = rate + tick * angular
+        x = x + tick * (v + implicit * (new_v - v))
+        angle = angle + tick * (rate + implicit * (new_rate - rate))
+        state[0, lane], state[1, lane], state[2, lane], state[3, lane] = x, new_v, angle, new_rate
+        end = np.int32(_FELL) if abs(angle) > _ANGLE else np.int32(RUNNING)
+        end_reasons[lane] = np.int32(_OUT) if abs(x) > _TRACK else end
+
+
+class CartPole(SimulatedRobot):
+    """Cart and pole on a track of 4.8 m. One motor: force = 10 N (2 m - 1).
+
+    Args:
+        n_sensors: 2 for position and angle, 4 for these and their velocities.
+        tick_s: control step.
+        integrator: which Euler method.
+        velocity_range_m_s: cart velocities from minus to plus this scale to [0, 1].
+        angular_velocity_range_rad_s: the same for the pole.
+        gap: the body's imperfections.
+        threads: cores to use; None for all.
+    """
+
+    sense = staticmethod(_sense)
+    advance = staticmethod(_advance)
+    neutral_motor = 0.5
+
+    def __init__(
+        self,
+        n_sensors: int = 2,
+        tick_s: float = 0.02,
+        integrator: Integrator = Integrator.EULER,
+        velocity_range_m_s: float = 3.0,
+        angular_velocity_range_rad_s: float = 3.5,
+        gap: Gap = Gap(),  # noqa: B008
+        threads: int | None = None,
+    ) -> None:
+        super().__init__(gap, threads)
+        if n_sensors not in (2, 4):
+            raise ValueError(f"n_sensors: expected 2 (x, angle) or 4 (and their velocities), got {n_sensors}")
+        self._spec = RobotSpec(
+            name="cartpole",
+            n_sensors=n_sensors,
+            n_motors=1,
+            tick_s=tick_s,
+            start_fields=("x_m", "velocity_m_s", "angle_rad", "angular_velocity_rad_s"),
+            state_fields=("x_m", "velocity_m_s", "angle_rad", "angular_velocity_rad_s"),
+        )
+        self._parameters = (
+            tick_s,
+            float(integrator is Integrator.SEMI_IMPLICIT_EULER),
+            velocity_range_m_s,
+            angular_velocity_range_rad_s,
+        )
+
+    @property
+    def spec(self) -> RobotSpec:
+        return self._spec
+
+    @property
+    def scenery(self) -> CartPoleScenery:
+        return CartPoleScenery(
+            track_m=TRACK_M,
+            largest_angle_rad=float(LARGEST_ANGLE_RAD),
+            pole_m=2.0 * POLE_HALF_LENGTH_M,
+            largest_force_n=LARGEST_FORCE_N,
+        )
+
+    @cached_property
+    def parameters(self) -> NDArray[np.float32]:
+        return np.array(self._parameters, np.float32)

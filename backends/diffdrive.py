@@ -1,0 +1,174 @@
+"""A simulated two-wheeled robot in a walled arena with a target: Katada & Nakazawa, Section III, Eq. (4).
+
+The paper leaves geometry, speed and sensors open; the defaults are ours, and ``docs/reproduction.md`` says what they
+were chosen by. The infrared sensors see the target only: a robot that does this needs a beacon on the target.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from backends.simulation.engine import SimulatedRobot
+from backends.simulation.gap import Gap
+from backends.simulation.lanes import RUNNING
+from backends.simulation.maths import arctangent2, cosine, sine, wrap_angle
+from backends.simulation.neurons import LANES
+from sceann_hil.compiled import compiled_part
+from sceann_hil.robot import EndReason, RobotSpec
+from sceann_hil.scenery import ArenaScenery
+
+_F = np.float32
+_GOAL = int(EndReason.GOAL)
+_STEP_M, _RADIUS, _WIDTH, _HEIGHT, _TARGET_X, _TARGET_Y, _TARGET_RADIUS, _HALF_WIDTH, _REFERENCE, _NOISE = range(10)
+_FIRST_SENSOR = 10
+
+
+@compiled_part
+def _sense(
+    state: NDArray[np.float32],
+    sensors: NDArray[np.float32],
+    work: NDArray[np.float32],
+    parameters: NDArray[np.float32],
+) -> None:
+    radii = parameters[_RADIUS] + parameters[_TARGET_RADIUS]
+    for lane in range(LANES):
+        dx = parameters[_TARGET_X] - state[0, lane]
+        dy = parameters[_TARGET_Y] - state[1, lane]
+        distance = np.sqrt(dx * dx + dy * dy)
+        work[0, lane] = wrap_angle(arctangent2(dy, dx) - state[2, lane])
+        # the target's angular radius asin(r / d) as an arctangent, and a full half turn from inside it
+        rest = distance * distance - parameters[_TARGET_RADIUS] * parameters[_TARGET_RADIUS]
+        work[1, lane] = parameters[_HALF_WIDTH] + arctangent2(parameters[_TARGET_RADIUS], np.sqrt(max(rest, _F(0.0))))
+        gap_m = max(distance - radii, _F(1e-6))
+        work[2, lane] = min(parameters[_REFERENCE] / gap_m, _F(1.0))
+    for j in range(sensors.shape[0]):
+        direction = parameters[_FIRST_SENSOR + j]
+        for lane in range(LANES):
+            off_axis = abs(wrap_angle(work[0, lane] - direction))
+            sensors[j, lane] = work[2, lane] if off_axis <= work[1, lane] else _F(0.0)
+
+
+@compiled_part
+def _advance(
+    state: NDArray[np.float32],
+    motors: NDArray[np.float32],
+    noise: NDArray[np.float32],
+    end_reasons: NDArray[np.int32],
+    work: NDArray[np.float32],
+    parameters: NDArray[np.float32],
+) -> None:
+    radius, level = parameters[_RADIUS], parameters[_NOISE]
+    reach = radius + parameters[_TARGET_RADIUS]
+    for lane in range(LANES):
+        left = parameters[_STEP_M] * motors[0, lane]
+        right = parameters[_STEP_M] * motors[1, lane]
+        heading = state[2, lane]
+        forward = _F(0.5) * (right + left)
+        dx = forward * cosine(heading)
+        dy = forward * sine(heading)
+        turn = (right - left) / (_F(2.0) * radius)
+        x = state[0, lane] + dx + level * abs(dx) * noise[0, lane]
+        y = state[1, lane] + dy + level * abs(dy) * noise[1, lane]
+        heading = heading + turn + level * abs(turn) * noise[2, lane]
+        x = min(max(x, radius), parameters[_WIDTH] - radius)
+        y = min(max(y, radius), parameters[_HEIGHT] - radius)
+        state[0, lane], state[1, lane], state[2, lane] = x, y, wrap_angle(heading)
+        gx, gy = parameters[_TARGET_X] - x, parameters[_TARGET_Y] - y
+        at_goal = gx * gx + gy * gy <= reach * reach
+        end_reasons[lane] = np.int32(_GOAL) if at_goal else np.int32(RUNNING)
+
+
+class DifferentialDrive(SimulatedRobot):
+    """A round robot with two wheels, wheel interval 2R. Motors: left, right; speed = top speed * m, m in 0..1.
+
+    A wall is slid along: the coordinate that would leave the arena is clamped. The goal is reached when the bodies of
+    robot and target touch.
+
+    Args:
+        n_sensors: infrared sensors, in the middles of equal parts of the frontal field, from right to left.
+        tick_s: control step.
+        radius_m: R of Eq. (4).
+        top_speed_m_s: of one wheel.
+        arena_m: width and height.
+        target_m: centre of the target.
+        target_radius_m: its radius.
+        sensor_field_deg: the frontal field that the sensors share.
+        sensor_half_width_deg: half opening of one sensor's cone; the target's angular radius is added.
+        sensor_reference_m: distance D0 up to which a sensor reads 1; beyond, it reads D0 / distance.
+        motion_noise: standard deviation of Eq. (4)'s errors, as a part of the step's displacement.
+        gap: the body's imperfections.
+        threads: cores to use; None for all.
+    """
+
+    sense = staticmethod(_sense)
+    advance = staticmethod(_advance)
+    n_noise = 3
+
+    def __init__(
+        self,
+        n_sensors: int = 7,
+        tick_s: float = 0.2,
+        radius_m: float = 0.0275,
+        top_speed_m_s: float = 0.08,
+        arena_m: Sequence[float] = (0.6, 0.6),
+        target_m: Sequence[float] = (0.55, 0.55),
+        target_radius_m: float = 0.05,
+        sensor_field_deg: float = 120.0,
+        sensor_half_width_deg: float = 15.0,
+        sensor_reference_m: float = 0.05,
+        motion_noise: float = 0.1,
+        gap: Gap = Gap(),  # noqa: B008
+        threads: int | None = None,
+    ) -> None:
+        super().__init__(gap, threads)
+        self._spec = RobotSpec(
+            name="diffdrive",
+            n_sensors=n_sensors,
+            n_motors=2,
+            tick_s=tick_s,
+            start_fields=("x_m", "y_m", "heading_rad"),
+            state_fields=("x_m", "y_m", "heading_rad"),
+        )
+        self.radius_m = radius_m
+        self.arena_m = (arena_m[0], arena_m[1])
+        self.target_m = (target_m[0], target_m[1])
+        self.target_radius_m = target_radius_m
+        self.sensor_half_width_rad = float(np.deg2rad(sensor_half_width_deg))
+        self.sensor_reference_m = sensor_reference_m
+        part = np.deg2rad(sensor_field_deg) / n_sensors
+        self.sensor_directions_rad = (np.arange(n_sensors) - (n_sensors - 1) / 2) * part
+        self._motion = (top_speed_m_s * tick_s, motion_noise)
+
+    @property
+    def spec(self) -> RobotSpec:
+        return self._spec
+
+    @property
+    def scenery(self) -> ArenaScenery:
+        return ArenaScenery(
+            arena_m=self.arena_m,
+            target_m=self.target_m,
+            target_radius_m=self.target_radius_m,
+            body_radius_m=self.radius_m,
+            sensor_directions_rad=tuple(float(a) for a in self.sensor_directions_rad),
+            sensor_half_width_rad=self.sensor_half_width_rad,
+        )
+
+    @cached_property
+    def parameters(self) -> NDArray[np.float32]:
+        step_m, noise = self._motion
+        fixed = (
+            step_m,
+            self.radius_m,
+            *self.arena_m,
+            *self.target_m,
+            self.target_radius_m,
+            self.sensor_half_width_rad,
+            self.sensor_reference_m,
+            noise,
+        )
+        return np.array([*fixed, *self.sensor_directions_rad], np.float32)

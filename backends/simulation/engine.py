@@ -1,0 +1,131 @@
+"""Batches of trials through the lane engine, on all cores: what every simulated robot does in `Robot.run`."""
+
+from __future__ import annotations
+
+import os
+from abc import abstractmethod
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from backends.simulation.gap import Gap
+from backends.simulation.lanes import Advance, Sense, bind
+from backends.simulation.neurons import LANES
+from sceann_hil.controller import Neuron
+from sceann_hil.robot import Results, Robot, Trace, Trials
+
+_SMALLEST_SHARE = LANES
+_SHARES_PER_THREAD = 4
+_kernels: dict[tuple[Sense, Advance], Callable[..., None]] = {}
+
+
+class SimulatedRobot(Robot):
+    """A robot whose body is two functions over lanes (see `backends.simulation.lanes`).
+
+    A subclass gives the `spec` and the body. The same `Trials` give the same bits alone, in any batch and on any
+    number of threads.
+
+    Args:
+        gap: the body's imperfections.
+        threads: how many cores to use; None for all.
+    """
+
+    sense: Sense
+    advance: Advance
+    n_noise: int = 0
+    """Normal deviates that `advance` wants per step."""
+    neutral_motor: float = 0.0
+    """The motor value at which nothing moves."""
+
+    def __init__(self, gap: Gap = Gap(), threads: int | None = None) -> None:  # noqa: B008
+        self.gap = gap
+        self._threads = threads or os.cpu_count() or 1
+
+    @property
+    @abstractmethod
+    def parameters(self) -> NDArray[np.float32]:
+        """The body's parameters as its two functions expect them."""
+
+    def connect(self) -> None:
+        """Load or make the machine code, so that the first trial does not wait for it."""
+        _ = self._kernel
+
+    def run(self, trials: Trials) -> Results:
+        """Run the trials; no traces. Shapes as in `Results`."""
+        return self._simulate(trials, tracing=False)
+
+    def trace(self, trials: Trials) -> Results:
+        """Run the trials and keep everything about them: memory grows with ``len(trials) * max_steps``."""
+        return self._simulate(trials, tracing=True)
+
+    @cached_property
+    def _kernel(self) -> Callable[..., None]:
+        body = (type(self).sense, type(self).advance)
+        if body not in _kernels:
+            _kernels[body] = bind(self.spec.name, *body)
+        return _kernels[body]
+
+    @cached_property
+    def _pool(self) -> ThreadPoolExecutor:
+        return ThreadPoolExecutor(self._threads, thread_name_prefix="lanes")
+
+    def _simulate(self, trials: Trials, *, tracing: bool) -> Results:
+        spec, size = self.spec, trials.size
+        if (size.n_sensors, size.n_motors) != (spec.n_sensors, spec.n_motors):
+            raise ValueError(
+                f"network: expected {spec.n_sensors} sensors and {spec.n_motors} motors for {spec.name}, "
+                f"got {size.n_sensors} and {size.n_motors}"
+            )
+        n, n_state = len(trials), len(spec.state_fields)
+        rows = n if tracing else 0
+        end_reasons = np.empty(n, np.uint8)
+        steps = np.empty(n, np.int32)
+        hashes = np.empty(n, np.uint16)
+        final_states = np.empty((n, n_state), np.float32)
+        trace_state = np.empty((rows, trials.max_steps + 1, n_state), np.float32)
+        trace_sensors = np.empty((rows, trials.max_steps, size.n_sensors), np.uint16)
+        trace_u = np.empty((rows, trials.max_steps, size.n_neurons), np.int16)
+        trace_x = np.empty((rows, trials.max_steps, size.n_neurons), np.int16)
+        starts = trials.starts.astype(np.float32)
+        gap = self.gap.draw(trials.keys, size.n_sensors, size.n_motors, self.neutral_motor)
+
+        def simulate(part: slice) -> None:
+            traced = part if tracing else slice(0, 0)
+            self._kernel(
+                trials.weights,
+                trials.genome_index[part],
+                starts[part],
+                trials.keys[part],
+                trials.max_steps,
+                size.n_hidden,
+                trials.dynamics.neuron is Neuron.MEMORYLESS,
+                trials.dynamics.initial_output,
+                self.n_noise,
+                gap[part] if len(gap) else gap,
+                self.parameters,
+                end_reasons[part],
+                steps[part],
+                hashes[part],
+                final_states[part],
+                trace_state[traced],
+                trace_sensors[traced],
+                trace_u[traced],
+                trace_x[traced],
+            )
+
+        share = max(_SMALLEST_SHARE, -(-n // (self._threads * _SHARES_PER_THREAD)))
+        parts = [slice(first, min(first + share, n)) for first in range(0, n, share)]
+        if len(parts) < 2 or self._threads == 1:
+            simulate(slice(0, n))
+        else:
+            list(self._pool.map(simulate, parts))
+        traces = None
+        if tracing:
+            traces = [
+                Trace(trace_state[i, : k + 1], trace_sensors[i, :k], trace_u[i, :k], trace_x[i, :k])
+                for i, k in enumerate(steps)
+            ]
+        return Results(end_reasons, steps, hashes, final_states, steps.astype(np.float64) * spec.tick_s, traces)

@@ -1,0 +1,88 @@
+"""The configuration of one experiment, validated and frozen."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Self
+
+from pydantic import Field, SerializeAsAny, model_validator
+
+from sceann_hil.coding import Coding, NetworkSize
+from sceann_hil.controller import ONE, Dynamics, Neuron
+from sceann_hil.plugins import AlgorithmConfig, Misfit, RobotConfig, Section, TaskConfig
+
+MAX_SEED = 2**63 - 1
+"""Largest seed: what the journal's database keeps as an integer."""
+
+
+class ControllerConfig(Section):
+    """The network. Its numbers of sensor and motor neurons come from the robot."""
+
+    coding: Coding
+    """How the genome codes the connections: sceann1, sceann2 or sceann3."""
+    n_hidden: Annotated[int, Field(ge=0)]
+    """Hidden neurons."""
+    neuron: Neuron = Neuron.ACCUMULATING
+    """The reading of the paper's Eq. (1): accumulating, or memoryless."""
+    initial_output: Annotated[float, Field(ge=0.0, le=1.0)] = 0.5
+    """Output of every neuron before the first step, 0..1; the nearest multiple of 1/1024 is used."""
+
+    @property
+    def dynamics(self) -> Dynamics:
+        """The neuron in SCEANN-Q10."""
+        return Dynamics(self.neuron, math.floor(self.initial_output * ONE + 0.5))
+
+
+class ExperimentConfig(Section):
+    """Everything that decides what a run does.
+
+    Raises:
+        pydantic.ValidationError: the network is too large, or the task refuses the robot.
+    """
+
+    name: (
+        Annotated[str, Field(max_length=80, pattern=r"^[A-Za-z0-9]([A-Za-z0-9 ._-]*[A-Za-z0-9])?$")] | None
+    ) = None
+    """What the run is called: letters, digits, spaces and . _ - inside."""
+    seed: Annotated[int, Field(ge=0, le=MAX_SEED)] = 1
+    """Root of the seed tree: equal seeds give equal runs."""
+    task: SerializeAsAny[TaskConfig]
+    """What a trial is: starts, step limit, fitness."""
+    robot: SerializeAsAny[RobotConfig]
+    """The body, simulated or real."""
+    controller: ControllerConfig
+    """The network that drives it."""
+    algorithm: SerializeAsAny[AlgorithmConfig]
+    """What makes the next generation."""
+
+    @property
+    def size(self) -> NetworkSize:
+        """The network's size, from the robot and the controller."""
+        spec = self.robot.spec
+        return NetworkSize(spec.n_sensors, self.controller.n_hidden, spec.n_motors)
+
+    @property
+    def genome_length(self) -> int:
+        """L, bits of a genome."""
+        return self.controller.coding.genome_length(self.size)
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Self:
+        try:
+            _ = self.robot.spec
+        except Misfit as error:
+            raise Misfit(error.message, *(f"robot.{key}" for key in error.keys)) from error
+        except ValueError as error:
+            raise Misfit(str(error), "robot") from error
+        try:
+            _ = self.size
+        except ValueError as error:
+            sensors = "robot.n_sensors" if "n_sensors" in type(self.robot).model_fields else "robot.type"
+            raise Misfit(str(error), sensors, "controller.n_hidden") from error
+        try:
+            self.task.check(self.robot)
+        except Misfit:
+            raise
+        except ValueError as error:
+            raise Misfit(str(error), "task.type", "robot.type") from error
+        return self

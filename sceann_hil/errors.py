@@ -1,0 +1,200 @@
+"""What can go wrong in a user's hands: one message, one hint, one exit code each, all listed here.
+
+The command line prints `UserError.message` and `UserError.hint` and leaves with `UserError.exit_code`. Everything
+else that escapes is a bug and keeps its traceback. ``docs/exit-codes.md`` is the same table for people.
+"""
+
+from __future__ import annotations
+
+import errno
+import sqlite3
+from enum import IntEnum
+from typing import ClassVar, Self
+
+from sceann_hil.robot import EmergencyStop, LinkError, RobotError, RobotFault, TrialVoid
+
+
+class ExitCode(IntEnum):
+    """What the `sceann` command returns to the shell. The numbers are public and never change."""
+
+    meaning: str
+
+    def __new__(cls, value: int, meaning: str) -> Self:
+        member = int.__new__(cls, value)
+        member._value_ = value
+        member.meaning = meaning
+        return member
+
+    OK = 0, "Done."
+    BUG = 1, "A fault in sceann itself; the traceback belongs in a bug report."
+    USAGE = 2, "The command line could not be understood."
+    CONFIG = 3, "The configuration is wrong; nothing was started."
+    PLUGIN = 4, "A robot, task or algorithm package is missing, broken, or collides with another."
+    NOT_A_RUN = 10, "The folder or file is not a run, or holds no such trial."
+    RUN_EXISTS = 11, "There is something at this place already; it was not touched."
+    RUN_IS_NEWER = 12, "The run was written by a newer version of sceann."
+    RUN_IS_LOCKED = 13, "Another process is working on this run."
+    RUN_IS_DAMAGED = 14, "The run's journal cannot be read."
+    RECORDING_IS_DAMAGED = 15, "A recording is cut off or unreadable; it can be made again from the journal."
+    REPLAY_DIFFERS = 16, "A replayed trial did not give the journalled bits."
+    DISK_FULL = 20, "No space left; what was journalled so far is safe and can be resumed."
+    CANNOT_WRITE = 21, "A place cannot be written to."
+    LINK = 30, "The robot cannot be reached; the run is paused and can be resumed."
+    TRIAL_VOID = 31, "A trial failed too often without a result; the run is paused and can be resumed."
+    ROBOT_FAULT = 32, "The robot reports a fault; somebody must look at it."
+    EMERGENCY_STOP = 33, "Somebody pressed stop."
+    INTERRUPTED = 40, "Stopped after the current generation, as asked (Ctrl-C); the run can be resumed."
+    INTERRUPTED_NOW = 130, "Stopped at once, as asked (Ctrl-C twice); the run can be resumed."
+
+
+class UserError(Exception):
+    """Something that a user can put right; the subclasses carry the exit code.
+
+    Attributes:
+        message: what is wrong: where, what was expected, what was found.
+        hint: what to do next; may be empty.
+    """
+
+    exit_code: ClassVar[ExitCode] = ExitCode.BUG
+
+    def __init__(self, message: str, hint: str = "") -> None:
+        super().__init__(message, hint)
+        self.message = message
+        self.hint = hint
+
+    def __str__(self) -> str:
+        return f"{self.message}\n{self.hint}" if self.hint else self.message
+
+
+class ConfigError(UserError):
+    """The configuration is wrong. Raised before anything moves."""
+
+    exit_code = ExitCode.CONFIG
+
+
+class PluginError(UserError):
+    """A robot, task or algorithm cannot be found or loaded, or two packages claim one name."""
+
+    exit_code = ExitCode.PLUGIN
+
+
+class NotARun(UserError):
+    """The place is not a run, or the run has no such trial."""
+
+    exit_code = ExitCode.NOT_A_RUN
+
+
+class RunExists(UserError):
+    """A run would overwrite something."""
+
+    exit_code = ExitCode.RUN_EXISTS
+
+
+class RunIsNewer(UserError):
+    """The journal's schema is newer than this version knows."""
+
+    exit_code = ExitCode.RUN_IS_NEWER
+
+
+class RunIsLocked(UserError):
+    """Another process holds the run."""
+
+    exit_code = ExitCode.RUN_IS_LOCKED
+
+
+class RunIsDamaged(UserError):
+    """The journal cannot be read."""
+
+    exit_code = ExitCode.RUN_IS_DAMAGED
+
+
+class RecordingIsDamaged(UserError):
+    """A recording is truncated or unreadable."""
+
+    exit_code = ExitCode.RECORDING_IS_DAMAGED
+
+
+class ReplayDiffers(UserError):
+    """A replay did not give the journalled bits."""
+
+    exit_code = ExitCode.REPLAY_DIFFERS
+
+
+class DiskFull(UserError):
+    """No space left on the device, or the quota is used up."""
+
+    exit_code = ExitCode.DISK_FULL
+
+
+class CannotWrite(UserError):
+    """A place cannot be written to."""
+
+    exit_code = ExitCode.CANNOT_WRITE
+
+
+class RobotUnreachable(UserError):
+    """The robot cannot be reached (`LinkError`)."""
+
+    exit_code = ExitCode.LINK
+
+
+class TrialsKeepFailing(UserError):
+    """A trial was void too often (`TrialVoid`)."""
+
+    exit_code = ExitCode.TRIAL_VOID
+
+
+class RobotIsFaulty(UserError):
+    """The robot reports a fault (`RobotFault`)."""
+
+    exit_code = ExitCode.ROBOT_FAULT
+
+
+class RobotWasStopped(UserError):
+    """Somebody pressed stop (`EmergencyStop`)."""
+
+    exit_code = ExitCode.EMERGENCY_STOP
+
+
+class InterruptedNow(UserError):
+    """Somebody pressed Ctrl-C twice."""
+
+    exit_code = ExitCode.INTERRUPTED_NOW
+
+
+_OF_A_ROBOT: dict[type[RobotError], tuple[type[UserError], str]] = {
+    LinkError: (RobotUnreachable, "Check power, cable and port, then `sceann resume` the run."),
+    TrialVoid: (TrialsKeepFailing, "Find out why the trials fail, then `sceann resume` the run."),
+    RobotFault: (RobotIsFaulty, "Look at the robot before you `sceann resume` the run."),
+    EmergencyStop: (RobotWasStopped, "Make sure that it is safe, then `sceann resume` the run."),
+}
+
+_FREE_SPACE = "Free some space, then `sceann resume` the run: what was journalled so far is safe."
+
+
+def as_user_error(error: BaseException) -> UserError | None:
+    """What a user should be told about an error of the operating system, the database or a robot.
+
+    Returns:
+        `error` itself if it is a `UserError` already; None if it is none of these, that is, a bug.
+    """
+    if isinstance(error, UserError):
+        return error
+    for robot_error, (user_error, hint) in _OF_A_ROBOT.items():
+        if isinstance(error, robot_error):
+            return user_error(str(error), hint)
+    if isinstance(error, KeyboardInterrupt):
+        return InterruptedNow(ExitCode.INTERRUPTED_NOW.meaning, "`sceann resume` continues the run.")
+    if isinstance(error, sqlite3.OperationalError) and error.sqlite_errorcode == sqlite3.SQLITE_FULL:
+        return DiskFull("The disk is full: the journal could not be written.", _FREE_SPACE)
+    if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+        return DiskFull(f"The disk is full: {_where(error)} could not be written.", _FREE_SPACE)
+    if isinstance(error, OSError) and error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
+        return CannotWrite(
+            f"{_where(error)}: {error.strerror}.", "Choose another place, or change its permissions."
+        )
+    return None
+
+
+def _where(error: OSError) -> str:
+    return str(error.filename) if error.filename is not None else "a file"

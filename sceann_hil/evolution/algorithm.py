@@ -1,0 +1,69 @@
+"""What every genetic algorithm is to the rest of the framework: state in, state out."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sceann_hil.coding import Bits
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """One generation: everything an algorithm needs to make the next one. Arrays are read-only.
+
+    Attributes:
+        genomes: expressed bits, uint8, shape ``(population, L)``.
+        parents: index of each individual's parent in the generation before, int32, shape ``(population,)``;
+            -1 in the first generation.
+    """
+
+    genomes: Bits
+    parents: NDArray[np.int32]
+
+
+StateT = TypeVar("StateT", bound=State)
+
+
+class Algorithm(ABC, Generic[StateT]):
+    """A generational algorithm that maximises.
+
+    The caller holds the state and the Generator::
+
+        state = algorithm.start(rng)
+        while ...:
+            fitness = evaluate(algorithm.ask(state))
+            state = algorithm.tell(state, fitness, rng)
+    """
+
+    @abstractmethod
+    def start(self, rng: np.random.Generator) -> StateT:
+        """The first generation."""
+
+    def ask(self, state: StateT) -> Bits:
+        """The genomes to evaluate, shape ``(population, L)``."""
+        return state.genomes
+
+    @abstractmethod
+    def tell(self, state: StateT, fitness: NDArray[np.float64], rng: np.random.Generator) -> StateT:
+        """The generation after `state`, whose individuals reached `fitness` (shape ``(population,)``).
+
+        Raises:
+            ValueError: wrong shape, or a fitness that is not a number (a failed trial is never a number).
+        """
+
+    @abstractmethod
+    def dump(self, state: StateT) -> bytes:
+        """`state` as bytes for the journal; equal states give equal bytes."""
+
+    @abstractmethod
+    def load(self, data: bytes) -> StateT:
+        """The inverse of `dump`.
+
+        Raises:
+            ValueError: `data` was not written by this algorithm with these sizes.
+        """

@@ -1,0 +1,22 @@
+"""The run's record of truth: one SQLite database that survives ``kill -9`` at any moment.
+
+`schema` says what is in it, `Journal` writes it, `JournalReader` reads it (also while a run writes), `RunLock` keeps a
+second writer away.
+"""
+
+from sceann_hil.journal.lock import RunLock
+from sceann_hil.journal.reader import AttemptRow, GenerationRow, IndividualRow, JournalReader, RunRow
+from sceann_hil.journal.schema import JOURNAL_NAME, SCHEMA_VERSION
+from sceann_hil.journal.writer import Journal
+
+__all__ = [
+    "JOURNAL_NAME",
+    "SCHEMA_VERSION",
+    "AttemptRow",
+    "GenerationRow",
+    "IndividualRow",
+    "Journal",
+    "JournalReader",
+    "RunLock",
+    "RunRow",
+]

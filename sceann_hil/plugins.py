@@ -1,0 +1,99 @@
+"""What a package that brings a robot, a task or an algorithm must provide: one configuration model.
+
+A plug-in is a subclass of `RobotConfig`, `TaskConfig` or `AlgorithmConfig`, named by an entry point (see
+`sceann_hil.registry`). Its fields are the keys of its section in the YAML file, its docstrings are what the JSON
+schema says of them, and `build` makes the thing itself. This module imports nothing of the framework at run time, so
+that every other module may import it.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import TYPE_CHECKING, Any
+
+from pydantic import BaseModel, ConfigDict
+
+if TYPE_CHECKING:
+    from sceann_hil.evolution.algorithm import Algorithm
+    from sceann_hil.robot import Robot, RobotSpec
+    from sceann_hil.task import Task
+
+
+class Section(BaseModel):
+    """A mapping in the configuration: unknown keys and loosely typed values are refused, and it never changes."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+        frozen=True,
+        strict=True,
+        allow_inf_nan=False,
+        validate_default=True,
+        use_attribute_docstrings=True,
+        protected_namespaces=(),
+    )
+
+
+class PluginConfig(Section):
+    """A section whose `type` says which plug-in it configures.
+
+    Subclasses repeat it as ``type: Literal["name"] = "name"`` with the name of their entry point.
+    """
+
+    type: str
+
+
+class RobotConfig(PluginConfig):
+    """The `robot` section."""
+
+    @property
+    @abstractmethod
+    def spec(self) -> RobotSpec:
+        """What the robot is, known without building or connecting it; numbers of sensors and motors come from here.
+
+        Raises:
+            ValueError: the values do not fit together.
+        """
+
+    @abstractmethod
+    def build(self) -> Robot:
+        """The robot, not yet connected."""
+
+
+class TaskConfig(PluginConfig):
+    """The `task` section."""
+
+    @abstractmethod
+    def build(self) -> Task:
+        """The task."""
+
+    def check(self, robot: RobotConfig) -> None:
+        """Refuse a robot that cannot do this task.
+
+        Raises:
+            ValueError: why it cannot; a `Misfit` also names the keys at fault.
+        """
+
+
+class AlgorithmConfig(PluginConfig):
+    """The `algorithm` section."""
+
+    @abstractmethod
+    def build(self, genome_length: int) -> Algorithm[Any]:
+        """The algorithm for genomes of `genome_length` bits."""
+
+
+class Misfit(ValueError):
+    """Values that are right by themselves but do not go together.
+
+    Attributes:
+        keys: dotted keys of these values, seen from the section that raises it (in `TaskConfig.check`: from the
+            top, such as ``task.start_m``), most likely culprit first.
+    """
+
+    def __init__(self, message: str, *keys: str) -> None:
+        super().__init__(message, *keys)
+        self.message = message
+        self.keys = keys
+
+    def __str__(self) -> str:
+        return self.message
