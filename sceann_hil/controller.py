@@ -73,8 +73,8 @@ def sigmoid(state: ArrayLike) -> NDArray[np.int16]:
     z = np.asarray(state, dtype=np.int32) + THRESHOLD
     node, fraction = z >> 7, z & 127
     table = sigmoid_table().astype(np.int32)
-    output = table[node] + (((table[node + 1] - table[node]) * fraction + 64) >> 7)
-    return output.astype(np.int16)
+    rise = ((table[node + 1] - table[node]) * fraction + 64) >> 7
+    return np.asarray(table[node] + rise, dtype=np.int16)
 
 
 def quantise_sensors(values: ArrayLike) -> NDArray[np.uint16]:

@@ -1,7 +1,8 @@
 """What can go wrong in a user's hands: one message, one hint, one exit code each, all listed here.
 
-The command line prints `UserError.message` and `UserError.hint` and leaves with `UserError.exit_code`. Everything
-else that escapes is a bug and keeps its traceback. ``docs/exit-codes.md`` is the same table for people.
+The command line prints `UserError.message` and `UserError.hint` and leaves with `UserError.exit_code`.
+Everything else that escapes is a bug and keeps its traceback. ``docs/exit-codes.md`` is the same table for
+people.
 """
 
 from __future__ import annotations

@@ -38,6 +38,9 @@ class EndReason(IntEnum):
     EMERGENCY_STOP = 20
     OVERRUN = 21
 
+    def __str__(self) -> str:
+        return self.name.lower().replace("_", " ")
+
     @property
     def is_void(self) -> bool:
         """True if the trial measured nothing and must never reach selection."""

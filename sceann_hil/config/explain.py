@@ -85,7 +85,7 @@ class _Explainer:
         return problems + [problem for error in rest for problem in self._explain_one(error, rest)]
 
     def _follow(self, error: ErrorDetails) -> tuple[Path, str]:
-        """The path up to the first part of an error's location that is not in the data: the type that was tried."""
+        """The path up to the first part of a location that is not in the data: the type that was tried."""
         path, value = self._section, self._value(self._section)
         for part in _location(error):
             if not _has(value, part):
@@ -102,7 +102,7 @@ class _Explainer:
         return path
 
     def _meant(self, tried_types: dict[str, list[ErrorDetails]]) -> list[ErrorDetails]:
-        """Of the types that one value was tried as, the errors of the one that was probably meant, if any was."""
+        """Of the types that one value was tried as, the errors of the one that was probably meant."""
         right_kind = [
             errors
             for tried, errors in tried_types.items()
@@ -176,11 +176,17 @@ class _Explainer:
 
     def _misfit(self, path: Path, error: Exception) -> Problem:
         """A model's own complaint, with the lines of all keys that it names."""
-        keys = [(*path, *key.split(".")) for key in error.keys] if isinstance(error, Misfit) else []
-        if not keys:
+        if not isinstance(error, Misfit):
+            key, colon, rest = str(error).partition(": ")
+            if colon and key in self._keys(path):
+                inside = (*path, key)
+                return Problem(self._document.place_of_value(inside), dotted(inside), rest)
             return Problem(self._document.place_of_value(path), dotted(path), str(error))
+        keys: list[Path] = [(*path, *key.split(".")) for key in error.keys]
         written = [key for key in keys if key in self._document.values]
         place = self._document.place_of_value(written[0] if written else keys[0])
+        if len(keys) == 1:
+            return Problem(place, dotted(keys[0]), str(error))
         names = [f"{dotted(key)} ({self._whereabouts(key)})" for key in keys]
         return Problem(place, "", f"{' and '.join(names)}: {error}")
 

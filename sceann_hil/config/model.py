@@ -3,16 +3,32 @@
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Annotated, Self
 
-from pydantic import Field, SerializeAsAny, model_validator
+from pydantic import AfterValidator, Field, SerializeAsAny, model_validator
 
 from sceann_hil.coding import Coding, NetworkSize
+from sceann_hil.config.problems import shown
 from sceann_hil.controller import ONE, Dynamics, Neuron
 from sceann_hil.plugins import AlgorithmConfig, Misfit, RobotConfig, Section, TaskConfig
 
 MAX_SEED = 2**63 - 1
 """Largest seed: what the journal's database keeps as an integer."""
+
+
+_NAME = re.compile(r"^[A-Za-z0-9]([A-Za-z0-9 ._-]{0,78}[A-Za-z0-9])?$")
+
+
+def _checked_name(name: str) -> str:
+    if not _NAME.fullmatch(name):
+        raise ValueError(f"expected at most 80 letters and digits, with spaces and . _ - inside, got {shown(name)}")
+    return name
+
+
+Name = Annotated[str, AfterValidator(_checked_name), Field(json_schema_extra={"pattern": _NAME.pattern})]
 
 
 class ControllerConfig(Section):
@@ -40,7 +56,7 @@ class ExperimentConfig(Section):
         pydantic.ValidationError: the network is too large, or the task refuses the robot.
     """
 
-    name: Annotated[str, Field(max_length=80, pattern=r"^[A-Za-z0-9]([A-Za-z0-9 ._-]*[A-Za-z0-9])?$")] | None = None
+    name: Name | None = None
     """What the run is called: letters, digits, spaces and . _ - inside."""
     seed: Annotated[int, Field(ge=0, le=MAX_SEED)] = 1
     """Root of the seed tree: equal seeds give equal runs."""
@@ -66,17 +82,15 @@ class ExperimentConfig(Section):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        try:
+        with _blaming(self, "robot"):
             _ = self.robot.spec
-        except Misfit as error:
-            raise Misfit(error.message, *(f"robot.{key}" for key in error.keys)) from error
-        except ValueError as error:
-            raise Misfit(str(error), "robot") from error
         try:
             _ = self.size
         except ValueError as error:
             sensors = "robot.n_sensors" if "n_sensors" in type(self.robot).model_fields else "robot.type"
             raise Misfit(str(error), sensors, "controller.n_hidden") from error
+        with _blaming(self, "algorithm"):
+            self.algorithm.build(self.genome_length)
         try:
             self.task.check(self.robot)
         except Misfit:
@@ -84,3 +98,17 @@ class ExperimentConfig(Section):
         except ValueError as error:
             raise Misfit(str(error), "task.type", "robot.type") from error
         return self
+
+
+@contextmanager
+def _blaming(config: ExperimentConfig, section: str) -> Iterator[None]:
+    """Turn a ValueError about a section's values into a `Misfit` that names keys as seen from the top."""
+    try:
+        yield
+    except Misfit as error:
+        raise Misfit(error.message, *(f"{section}.{key}" for key in error.keys)) from error
+    except ValueError as error:
+        key, colon, rest = str(error).partition(": ")
+        if colon and key in type(getattr(config, section)).model_fields:
+            raise Misfit(rest, f"{section}.{key}") from error
+        raise Misfit(str(error), section) from error
