@@ -69,6 +69,8 @@ _SMALL = ("-Os", "-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections")
 HOST_GCC = Toolchain("gcc", "gcc libc6-dev", ("-O2",))
 HOST_CLANG = Toolchain("clang", "clang", ("-O2",))
 AVR = Toolchain("avr-gcc", "gcc-avr avr-libc", ("-mmcu=atmega328p", "-DF_CPU=16000000UL", *_SMALL))
+"""For single functions and headers; the whole firmware adds `UNO_FLAGS`."""
+UNO_FLAGS = ("-flto", "-mrelax", "-mcall-prologues")
 _ARM = ("-mthumb", *_SMALL, "-ffreestanding")
 _ARM_LINK = ("--specs=nano.specs", "-nostartfiles")
 _ARM_PACKAGES = "gcc-arm-none-eabi libnewlib-arm-none-eabi"
@@ -186,6 +188,8 @@ def build_board(board: Board, flags: Sequence[str] = ()) -> Path:
     """
     core = core_sources()
     folders = [FIRMWARE / "boards" / board.value]
+    if board is Board.UNO:
+        flags = (*UNO_FLAGS, *flags)
     if TOOLCHAINS[board].compiler == "arm-none-eabi-gcc":
         folders.append(FIRMWARE / "boards" / "cortexm")
         flags = (f"-T{folders[0] / 'memory.ld'}", f"-L{folders[1]}", *flags)
