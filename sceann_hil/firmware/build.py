@@ -117,6 +117,7 @@ def compile_c(
     *,
     include: Sequence[Path] = (),
     flags: Sequence[str] = (),
+    warnings: Sequence[str] = WARNINGS,
     suffix: str = ".elf",
 ) -> Path:
     """Compiles and links `sources`, or finds the result of an earlier time.
@@ -126,6 +127,7 @@ def compile_c(
         sources: C files, and linker scripts as flags.
         include: folders of headers; every header in them counts as a source.
         flags: further flags.
+        warnings: warning flags; all of ours by default.
         suffix: of the result's name.
 
     Returns:
@@ -137,7 +139,7 @@ def compile_c(
     """
     program = toolchain.program()
     headers = [header for folder in include for header in sorted(folder.glob("*.[hS]*"))]
-    command = ["-std=c99", *toolchain.flags, *WARNINGS, *flags, *(f"-I{folder}" for folder in include)]
+    command = ["-std=gnu99" if suffix == ".so" else "-std=c99", *toolchain.flags, *warnings, *flags, *(f"-I{folder}" for folder in include)]
     digest = hashlib.sha256()
     digest.update(repr((program, os.stat(program).st_mtime_ns, command, toolchain.link_flags)).encode())
     for path in (*sources, *headers, *(Path(flag[2:]) for flag in flags if flag.startswith("-T"))):
