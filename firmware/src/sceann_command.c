@@ -49,8 +49,8 @@ static uint8_t hello(sceann_robot *robot, const command_t *command, reply_t *rep
 
 static uint8_t chunks_of(const uint8_t *record)
 {
-    const uint16_t bytes = (uint16_t)(sceann_genome_record_size(record) - SCEANN_RECORD_HEADER);
-    return (uint8_t)((bytes + CHUNK_BYTES - 1u) / CHUNK_BYTES);
+    const uint8_t bytes = (uint8_t)(sceann_genome_record_size(record) - SCEANN_RECORD_HEADER);
+    return (uint8_t)((uint8_t)(bytes + CHUNK_BYTES - 1u) / CHUNK_BYTES);
 }
 
 static uint8_t load(sceann_robot *robot, const uint8_t *data)

@@ -1519,20 +1519,6 @@ int sceann_link_reply_pack(
     size_t size);
 
 /**
- * Pack message Descriptor.
- *
- * @param[out] dst_p Buffer to pack the message into.
- * @param[in] src_p Data to pack.
- * @param[in] size Size of dst_p.
- *
- * @return Size of packed data, or negative error code.
- */
-int sceann_link_descriptor_pack(
-    uint8_t *dst_p,
-    const struct sceann_link_descriptor_t *src_p,
-    size_t size);
-
-/**
  * Unpack message HostHeartbeat.
  *
  * @param[out] dst_p Object to unpack the message into.

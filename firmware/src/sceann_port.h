@@ -34,13 +34,13 @@ typedef enum { SCEANN_WATCHDOG_OFF, SCEANN_WATCHDOG_ON, SCEANN_WATCHDOG_FEED } s
 
 typedef struct sceann_port {
     /* ---- constants */
-    const char *name;                  /* at most 21 characters */
+    char name[22];                     /* filled up with zeros */
     uint8_t node;                      /* 1..127 */
     uint8_t n_sensors, n_motors;       /* of the body; 0 without one */
     uint16_t capabilities;             /* SCEANN_HAS_... */
     uint16_t tick_min, tick_max;       /* shortest and longest control period in 0.1 ms */
     uint16_t store_size;               /* bytes; 0 without a store */
-    uint32_t unique_id_low, unique_id_high;     /* 32 and 24 bits */
+    uint8_t unique_id[7];
     uint8_t reset_cause;               /* as in EVENT's table */
     void *board;                       /* handed to every function */
 

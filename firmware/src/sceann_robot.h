@@ -86,8 +86,7 @@ typedef struct sceann_robot {
     uint32_t arithmetic_id;
     uint32_t host_us;                  /* when the session was last heard */
     uint32_t heartbeat_us;             /* when our last heartbeat was sent */
-    uint32_t clock_us, uptime_ms;      /* the clock at the last poll; uptime with its rest in uptime_rest_us */
-    uint16_t uptime_rest_us;
+    uint32_t uptime_ms, millisecond_us;/* since start; when the last of them was full */
     bool autorun_possible;             /* nothing has come from a host or a hand since boot */
     sceann_controller controller;
     sceann_upload upload;

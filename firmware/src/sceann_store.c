@@ -47,11 +47,10 @@ static bool has_genomes(const sceann_port *port)
 
 static uint8_t ring_places(const sceann_port *port)
 {
-    if (port->store_size < RING_START) {
+    if (port->store_size < RING_START + RING_PLACES * RING_RECORD) {
         return 0;
     }
-    const uint16_t places = (uint16_t)((port->store_size - RING_START) / RING_RECORD);
-    return (uint8_t)(places > RING_PLACES ? RING_PLACES : places);
+    return RING_PLACES;
 }
 
 /* ---- genomes ----------------------------------------------------------------------------------------------------- */
@@ -165,7 +164,10 @@ void sceann_store_put_last(sceann_store *store, const sceann_port *port)
     }
     uint8_t record[RING_RECORD];
     uint16_t crc = SCEANN_CRC16_INIT;
-    store->ring_at = (uint8_t)((store->ring_at + 1u) % places);
+    store->ring_at++;
+    if (store->ring_at >= places) {
+        store->ring_at = 0;
+    }
     store->ring_counter++;
     put16(&record[0], store->ring_counter);
     put16(&record[2], store->last.id);

@@ -2,6 +2,9 @@
 
 #include <string.h>
 
+#define DESCRIPTOR_PAGES 7u
+#define DESCRIPTOR_BYTES 7u            /* of a page, behind its number */
+
 static void send(const sceann_robot *robot, uint16_t function, const uint8_t *data, uint8_t length)
 {
     sceann_message message;
@@ -45,68 +48,74 @@ void sceann_send_heartbeat(const sceann_robot *robot)
     send(robot, FUNCTION(HEARTBEAT), data, sizeof data);
 }
 
-/* Up to `n` characters of the name from `at` on as a little-endian number, filled up with zeros. */
-static uint32_t characters(const char *name, uint8_t at, uint8_t n)
+static void put16(uint8_t *p, uint16_t value)
 {
-    const size_t length = strlen(name);
-    uint32_t value = 0;
-    for (uint8_t k = n; k > 0u; k--) {
-        const size_t from = (size_t)at + k - 1u;
-        value = value << 8 | (from < length ? (uint8_t)name[from] : 0u);
+    p[0] = (uint8_t)value;
+    p[1] = (uint8_t)(value >> 8);
+}
+
+/* The seven bytes of a descriptor page. Packed by hand, because most of them are bytes already: cantools' function for
+ * this message would take a tenth of an ATmega328P's budget. */
+static void descriptor_page(const sceann_robot *robot, uint8_t page, uint8_t *p)
+{
+    const sceann_port *port = robot->port;
+    switch (page) {
+    case 0:
+        p[0] = SCEANN_LINK_VERSION;
+        p[1] = port->n_sensors;
+        p[2] = port->n_motors;
+        put16(&p[3], (uint16_t)robot->arithmetic_id);
+        put16(&p[5], (uint16_t)(robot->arithmetic_id >> 16));
+        break;
+    case 1:
+        p[0] = SCEANN_FIRMWARE_MAJOR;
+        p[1] = SCEANN_FIRMWARE_MINOR;
+        p[2] = SCEANN_FIRMWARE_PATCH;
+        put16(&p[3], port->capabilities);
+        p[5] = port->node;
+        p[6] = DESCRIPTOR_PAGES;
+        break;
+    case 2:
+        p[0] = SCEANN_MAX_SENSORS;
+        p[1] = SCEANN_MAX_MOTORS;
+        p[2] = SCEANN_MAX_SOURCES;
+        put16(&p[3], port->tick_min);
+        put16(&p[5], port->tick_max);
+        break;
+    case 3:
+        memcpy(p, port->unique_id, DESCRIPTOR_BYTES);
+        break;
+    default:
+        memcpy(p, &port->name[DESCRIPTOR_BYTES * (page - 4u)], DESCRIPTOR_BYTES);
+        break;
     }
-    return value;
 }
 
 void sceann_send_descriptor(const sceann_robot *robot)
 {
-    const sceann_port *port = robot->port;
-    struct sceann_link_descriptor_t page;
-    memset(&page, 0, sizeof page);
-    page.link_version = SCEANN_LINK_VERSION;
-    page.sensors = port->n_sensors;
-    page.motors = port->n_motors;
-    page.arithmetic_id = robot->arithmetic_id;
-    page.firmware_major = SCEANN_FIRMWARE_MAJOR;
-    page.firmware_minor = SCEANN_FIRMWARE_MINOR;
-    page.firmware_patch = SCEANN_FIRMWARE_PATCH;
-    page.capabilities = port->capabilities;
-    page.node = port->node;
-    page.pages = 7;
-    page.max_sensors = SCEANN_MAX_SENSORS;
-    page.max_motors = SCEANN_MAX_MOTORS;
-    page.max_sources = SCEANN_MAX_SOURCES;
-    page.tick_period_min = port->tick_min;
-    page.tick_period_max = port->tick_max;
-    page.unique_id_low = port->unique_id_low;
-    page.unique_id_high = port->unique_id_high;
-    page.name0 = characters(port->name, 0, 4);
-    page.name4 = characters(port->name, 4, 3);
-    page.name7 = characters(port->name, 7, 4);
-    page.name11 = characters(port->name, 11, 3);
-    page.name14 = characters(port->name, 14, 4);
-    page.name18 = characters(port->name, 18, 3);
-    for (page.page = 0; page.page < page.pages; page.page++) {
-        uint8_t data[SCEANN_LINK_DESCRIPTOR_LENGTH];
-        (void)sceann_link_descriptor_pack(data, &page, sizeof data);
+    for (uint8_t page = 0; page < DESCRIPTOR_PAGES; page++) {
+        uint8_t data[1u + DESCRIPTOR_BYTES];
+        data[0] = page;
+        descriptor_page(robot, page, &data[1]);
         send(robot, FUNCTION(DESCRIPTOR), data, sizeof data);
     }
 }
 
+/* Both pages have the same layout. */
+static void send_sense_page(const sceann_robot *robot, uint16_t function, const uint16_t *s, uint16_t tick)
+{
+    const struct sceann_link_sense_t page = { .sensor0 = s[0], .sensor1 = s[1], .sensor2 = s[2], .sensor3 = s[3],
+                                              .sensor4 = s[4], .sensor5 = s[5], .tick = (uint8_t)(tick & 15u) };
+    uint8_t data[SCEANN_LINK_SENSE_LENGTH];
+    (void)sceann_link_sense_pack(data, &page, sizeof data);
+    send(robot, function, data, sizeof data);
+}
+
 void sceann_send_sense(const sceann_robot *robot, uint16_t tick)
 {
-    const uint16_t *s = robot->trial.sensors;
-    uint8_t data[SCEANN_LINK_SENSE_LENGTH];
-    const struct sceann_link_sense_t first = { .sensor0 = s[0], .sensor1 = s[1], .sensor2 = s[2], .sensor3 = s[3],
-                                               .sensor4 = s[4], .sensor5 = s[5], .tick = (uint8_t)(tick & 15u) };
-    (void)sceann_link_sense_pack(data, &first, sizeof data);
-    send(robot, FUNCTION(SENSE), data, sizeof data);
+    send_sense_page(robot, FUNCTION(SENSE), &robot->trial.sensors[0], tick);
     if (robot->port->n_sensors > 6u) {
-        const struct sceann_link_sense_page2_t second = { .sensor6 = s[6],   .sensor7 = s[7],
-                                                          .sensor8 = s[8],   .sensor9 = s[9],
-                                                          .sensor10 = s[10], .sensor11 = s[11],
-                                                          .tick = (uint8_t)(tick & 15u) };
-        (void)sceann_link_sense_page2_pack(data, &second, sizeof data);
-        send(robot, FUNCTION(SENSE_PAGE2), data, sizeof data);
+        send_sense_page(robot, FUNCTION(SENSE_PAGE2), &robot->trial.sensors[6], tick);
     }
 }
 

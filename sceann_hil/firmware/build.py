@@ -69,6 +69,8 @@ _SMALL = ("-Os", "-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections")
 HOST_GCC = Toolchain("gcc", "gcc libc6-dev", ("-O2",))
 HOST_CLANG = Toolchain("clang", "clang", ("-O2",))
 AVR = Toolchain("avr-gcc", "gcc-avr avr-libc", ("-mmcu=atmega328p", "-DF_CPU=16000000UL", *_SMALL))
+"""For single functions and headers; the whole firmware adds `UNO_FLAGS`."""
+UNO_FLAGS = ("-flto", "-mrelax", "-mcall-prologues")
 _ARM = ("-mthumb", *_SMALL, "-ffreestanding")
 _ARM_LINK = ("--specs=nano.specs", "-nostartfiles")
 _ARM_PACKAGES = "gcc-arm-none-eabi libnewlib-arm-none-eabi"
@@ -115,6 +117,7 @@ def compile_c(
     *,
     include: Sequence[Path] = (),
     flags: Sequence[str] = (),
+    warnings: Sequence[str] = WARNINGS,
     suffix: str = ".elf",
 ) -> Path:
     """Compiles and links `sources`, or finds the result of an earlier time.
@@ -124,6 +127,7 @@ def compile_c(
         sources: C files, and linker scripts as flags.
         include: folders of headers; every header in them counts as a source.
         flags: further flags.
+        warnings: warning flags; all of ours by default.
         suffix: of the result's name.
 
     Returns:
@@ -135,7 +139,7 @@ def compile_c(
     """
     program = toolchain.program()
     headers = [header for folder in include for header in sorted(folder.glob("*.[hS]*"))]
-    command = ["-std=c99", *toolchain.flags, *WARNINGS, *flags, *(f"-I{folder}" for folder in include)]
+    command = ["-std=gnu99" if suffix == ".so" else "-std=c99", *toolchain.flags, *warnings, *flags, *(f"-I{folder}" for folder in include)]
     digest = hashlib.sha256()
     digest.update(repr((program, os.stat(program).st_mtime_ns, command, toolchain.link_flags)).encode())
     for path in (*sources, *headers, *(Path(flag[2:]) for flag in flags if flag.startswith("-T"))):
@@ -186,6 +190,8 @@ def build_board(board: Board, flags: Sequence[str] = ()) -> Path:
     """
     core = core_sources()
     folders = [FIRMWARE / "boards" / board.value]
+    if board is Board.UNO:
+        flags = (*UNO_FLAGS, *flags)
     if TOOLCHAINS[board].compiler == "arm-none-eabi-gcc":
         folders.append(FIRMWARE / "boards" / "cortexm")
         flags = (f"-T{folders[0] / 'memory.ld'}", f"-L{folders[1]}", *flags)

@@ -93,6 +93,13 @@ static long number(const char *option, const char *text, long low, long high)
     return value;
 }
 
+static void set_unique_id(uint8_t *bytes, long id)
+{
+    for (int k = 0; k < 7; k++) {
+        bytes[k] = (uint8_t)(id >> 8 * k);
+    }
+}
+
 static void open_store(const char *path, sceann_port *port)
 {
     store = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0644);
@@ -165,8 +172,8 @@ int main(int argc, char **argv)
         case STORE: open_store(optarg, &port); break;
         case BAUD: baud = (uint32_t)number("baud", optarg, 300, 4000000); break;
         case NODE: port.node = (uint8_t)number("node", optarg, 1, 127); break;
-        case NAME: port.name = optarg; break;
-        case ID: port.unique_id_low = (uint32_t)number("id", optarg, 0, 0xFFFFFFFFl); break;
+        case NAME: strncpy(port.name, optarg, sizeof port.name - 1u); break;
+        case ID: set_unique_id(port.unique_id, number("id", optarg, 0, 0xFFFFFFFFFFFFl)); break;
         case CAUSE: port.reset_cause = (uint8_t)number("reset-cause", optarg, 0, 5); break;
         default: return EXIT_USAGE;
         }
