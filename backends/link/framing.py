@@ -14,7 +14,7 @@ LONGEST_FRAME = 14
 def encode_frame(identifier: int, data: bytes) -> bytes:
     """The bytes of one frame, delimiter included."""
     raw = identifier.to_bytes(2, "little") + data
-    return cobs.encode(raw + binascii.crc_hqx(raw, 0xFFFF).to_bytes(2, "big")) + DELIMITER
+    return bytes(cobs.encode(raw + binascii.crc_hqx(raw, 0xFFFF).to_bytes(2, "big"))) + DELIMITER
 
 
 def decode_frame(frame: bytes) -> tuple[int, bytes] | None:

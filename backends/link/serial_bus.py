@@ -11,7 +11,7 @@ import io
 import time
 from collections import deque
 from collections.abc import Sequence
-from typing import Any, cast
+from typing import Any
 
 import can
 import serial
@@ -120,11 +120,11 @@ class SceannSerialBus(can.BusABC):
         try:
             waiting = self._port.in_waiting
             if waiting:
-                return cast(bytes, self._port.read(waiting))
+                return self._port.read(waiting)
             self._port.timeout = timeout_s
-            first = cast(bytes, self._port.read(1))
+            first = self._port.read(1)
             rest = self._port.in_waiting if first else 0
-            return first + cast(bytes, self._port.read(rest)) if rest else first
+            return first + self._port.read(rest) if rest else first
         except (serial.SerialException, OSError, TypeError) as error:
             # pyserial raises TypeError when another thread has closed the port
             raise can.CanOperationError(f"{self.channel_info}: cannot read ({error})") from error
@@ -142,7 +142,7 @@ class SceannSerialBus(can.BusABC):
             NotImplementedError: this kind of port has none.
         """
         try:
-            return cast(int, self._port.fileno())
+            return self._port.fileno()
         except io.UnsupportedOperation:
             raise NotImplementedError(f"{self.channel_info} has no file descriptor") from None
 

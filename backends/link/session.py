@@ -11,7 +11,7 @@ import secrets
 import threading
 import time
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import NamedTuple
 
@@ -44,6 +44,8 @@ REPLY_S = 0.25
 STORE_REPLY_S = 1.5
 """The same for STORE: an AVR writes its EEPROM at 3.4 ms per byte."""
 TRIES = 6
+HEARD_S = 0.25
+"""A host that has not heard its robot for so long in a trial is silent too: the line may be broken one way only."""
 
 
 class NoAnswer(LinkError):
@@ -115,6 +117,8 @@ class RobotLink:
         self._lock = threading.RLock()
         self._sequence = secrets.randbelow(16)
         self._trial_id = 0
+        self._listener: Callable[[Incoming], None] | None = None
+        self._heard_s = time.monotonic()
         self._in_charge = False
         self._beat_due_s = 0.0
         self._closing = threading.Event()
@@ -164,6 +168,9 @@ class RobotLink:
 
     def _note(self, incoming: Incoming) -> None:
         """Keep what is of interest whoever asked."""
+        self._heard_s = time.monotonic()
+        if self._listener is not None:
+            self._listener(incoming)
         function, data = incoming
         if function == Function.HEARTBEAT and len(data) == 8:
             heartbeat = Heartbeat.unpack(data)
@@ -178,7 +185,14 @@ class RobotLink:
         elif function == Function.END and len(data) == 7:
             self.last_end = End.unpack(data)
 
+    @property
+    def silence_s(self) -> float:
+        """Time since the robot was last heard."""
+        return time.monotonic() - self._heard_s
+
     def _beat(self, now_s: float) -> None:
+        if self._trial_id and now_s - self._heard_s > HEARD_S:
+            return
         self.send(Function.HOST_HEARTBEAT, host_heartbeat(self._trial_id, self.session))
         self._beat_due_s = now_s + HEARTBEAT_S
 
@@ -197,6 +211,15 @@ class RobotLink:
                 yield
             finally:
                 self._trial_id = before
+
+    @contextmanager
+    def listening(self, listener: Callable[[Incoming], None]) -> Iterator[None]:
+        """Have `listener` told of every message first, whoever receives it."""
+        self._listener = listener
+        try:
+            yield
+        finally:
+            self._listener = None
 
     def _keep(self) -> None:
         while not self._closing.wait(HEARTBEAT_S):
@@ -275,7 +298,7 @@ class RobotLink:
             descriptor = Descriptor.from_pages(pages)
             descriptor.check_versions()
             self._in_charge = True
-            self._beat(time.monotonic())
+            self._beat_due_s = 0.0
         if self._keeper is None or not self._keeper.is_alive():
             self._keeper = threading.Thread(target=self._keep, name="heartbeat", daemon=True)
             self._keeper.start()

@@ -80,9 +80,7 @@ def test_neuron_states(first: int, tick: int, states: tuple[int, int, int]) -> N
 
 @given(code=u8, state=u8, tick=u16, argument=u16, trial_id=u16)
 def test_events(code: int, state: int, tick: int, argument: int, trial_id: int) -> None:
-    data = encoded(
-        "Event", {"Code": code, "State": state, "Tick": tick, "Argument": argument, "TrialId": trial_id}
-    )
+    data = encoded("Event", {"Code": code, "State": state, "Tick": tick, "Argument": argument, "TrialId": trial_id})
     assert m.Event.unpack(data) == m.Event(code, state, tick, argument, trial_id)
 
 

@@ -45,9 +45,7 @@ def test_nobody_on_this_node_is_one_clear_error(board: PosixBoard) -> None:
 
 
 @pytest.mark.parametrize(("name", "value"), [("LINK_VERSION", 2), ("ARITHMETIC_ID", 1)])
-def test_other_versions_are_refused(
-    board: PosixBoard, monkeypatch: pytest.MonkeyPatch, name: str, value: int
-) -> None:
+def test_other_versions_are_refused(board: PosixBoard, monkeypatch: pytest.MonkeyPatch, name: str, value: int) -> None:
     from backends.link import messages
 
     monkeypatch.setattr(session_module, name, value)
