@@ -127,6 +127,7 @@ class RemoteRobot(Robot):
         """
         if self._body is not None:
             self._body.robot.connect()
+            self._body.prepare()
         self._reach()
         self._check_descriptor()
         self._rest()

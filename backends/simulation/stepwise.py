@@ -121,6 +121,12 @@ class StepwiseBody:
         self._key_high = np.full(LANES, int(key) >> 32, np.uint32)
         self._step[:] = 0
 
+    def prepare(self) -> None:
+        """Load or make the machine code, so that no tick of a trial waits for it; the body is where it was made."""
+        self.sense()
+        self.move([0] * self.robot.spec.n_motors)
+        self.reset(np.zeros(len(self.robot.spec.start_fields)), np.uint64(0))
+
     @property
     def state(self) -> NDArray[np.float32]:
         return self._state[:, 0]
