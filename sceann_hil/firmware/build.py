@@ -124,8 +124,8 @@ def compile_c(
 
     Args:
         toolchain: the compiler.
-        sources: C files, and linker scripts as flags.
-        include: folders of headers; every header in them counts as a source.
+        sources: C files.
+        include: folders of headers; every header and linker script in them counts as a source.
         flags: further flags.
         warnings: warning flags; all of ours by default.
         suffix: of the result's name.
@@ -138,11 +138,11 @@ def compile_c(
         FirmwareBuildFailed: it refused the sources; the message holds what it said.
     """
     program = toolchain.program()
-    headers = [header for folder in include for header in sorted(folder.glob("*.[hS]*"))]
+    headers = [path for folder in include for path in sorted(folder.glob("*")) if path.suffix in (".h", ".ld")]
     command = ["-std=gnu99" if suffix == ".so" else "-std=c99", *toolchain.flags, *warnings, *flags, *(f"-I{folder}" for folder in include)]
     digest = hashlib.sha256()
     digest.update(repr((program, os.stat(program).st_mtime_ns, command, toolchain.link_flags)).encode())
-    for path in (*sources, *headers, *(Path(flag[2:]) for flag in flags if flag.startswith("-T"))):
+    for path in (*sources, *headers):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
     cache = Path(platformdirs.user_cache_dir("sceann-hil")) / "firmware"
     result = cache / f"{digest.hexdigest()[:24]}{suffix}"

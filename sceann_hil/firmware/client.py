@@ -32,9 +32,11 @@ from sceann_hil.robot import LinkError
 
 LINK_VERSION = 1
 CHUNK_BYTES = 7
-REPLY_TIMEOUT_S = 1.5
-"""Longest time between a command and its reply: STORE on an AVR writes 140 bytes at 3.4 ms."""
-TRIES = 4
+REPLY_TIMEOUT_S = 0.3
+"""Longest time between a command and its reply, but for STORE."""
+STORE_TIMEOUT_S = 1.5
+"""An AVR's EEPROM takes 140 bytes at 3.4 ms."""
+TRIES = 6
 
 
 class Op(IntEnum):
@@ -248,7 +250,7 @@ class RobotClient:
         command = {"Op": int(op), "Sequence": self._sequence, **arguments}
         for _ in range(TRIES):
             self.send("Command", command)
-            for message in self.receive(REPLY_TIMEOUT_S):
+            for message in self.receive(STORE_TIMEOUT_S if op is Op.STORE else REPLY_TIMEOUT_S):
                 reply = message.signals
                 if message.name == "Reply" and (reply["Op"], reply["Sequence"]) == (op, self._sequence):
                     if reply["Status"] != Status.OK:
