@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -30,6 +31,10 @@ from sceann_hil.robot import EndReason, LinkError
 
 SILENCE_S = 1.0
 """A robot that was not heard for so long during a trial is lost; by then it has stopped by itself."""
+
+
+ALARM_S = 0.5
+"""How long a bumper or button may take to be released before the robot counts as stopped by it."""
 
 
 class TrialLost(LinkError):
@@ -156,7 +161,7 @@ def begin(link: RobotLink, order: Order, mode: Mode, telemetry: Telemetry) -> No
         TrialLost: the robot remembers another trial of this number.
         Refused, NoAnswer, LinkDown: see `RobotLink.request`.
     """
-    link.request(Op.ARM)
+    _arm(link)
     try:
         link.request(Op.START, start_arguments(order.trial_id, order.max_ticks, order.tick_s, mode, telemetry))
     except Refused as refused:
@@ -164,6 +169,19 @@ def begin(link: RobotLink, order: Order, mode: Mode, telemetry: Telemetry) -> No
             raise
         if not refused.repeated:
             raise TrialLost(f"the robot already ran a trial {order.trial_id}") from None
+
+
+def _arm(link: RobotLink) -> None:
+    """ARM, with patience for a switch that was released a moment ago."""
+    deadline = time.monotonic() + ALARM_S
+    while True:
+        try:
+            link.request(Op.ARM)
+            return
+        except Refused as refused:
+            if refused.status is not Status.ALARM or time.monotonic() >= deadline:
+                raise
+        link.receive(0.02)
 
 
 def wait_for_end(link: RobotLink, follower: Follower) -> End:
