@@ -106,7 +106,9 @@ class Trials:
         starts: start values in the order of `RobotSpec.start_fields`, float64, shape ``(n, n_start)``.
         keys: 64-bit noise keys from the seed tree, uint64, shape ``(n,)``.
         max_steps: a trial that reaches this many steps ends with `EndReason.TIME_UP`.
-        ids: numbers that name the trials in the journal and on the robot, int64, shape ``(n,)``.
+        ids: numbers that name the trials in the journal, int64, shape ``(n,)``.
+        run_id: a number that tells this run from others, so that a robot's memory of another run's trial is not
+            taken for one of this run's.
     """
 
     size: NetworkSize
@@ -117,6 +119,7 @@ class Trials:
     keys: NDArray[np.uint64]
     max_steps: int
     ids: NDArray[np.int64]
+    run_id: int = 0
 
     def __len__(self) -> int:
         return len(self.genome_index)
@@ -132,6 +135,7 @@ class Trials:
             self.keys[which],
             self.max_steps,
             self.ids[which],
+            self.run_id,
         )
 
     def batches(self, batch_size: int | None) -> Iterator[Trials]:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from sceann_hil.coding import Bits, genome_from_hex
 from sceann_hil.errors import NotARun, RunIsDamaged, RunIsNewer
 from sceann_hil.journal.schema import APPLICATION_ID, JOURNAL_NAME, SCHEMA_VERSION
+from sceann_hil.journal.sensors import TRACE_FORMAT, unpack_sensors
 from sceann_hil.robot import EndReason
 
 
@@ -216,6 +217,18 @@ class JournalReader:
         last = self.count_attempts()
         known = f"Trials are numbered from 1 to {last}." if last else "It has no trials yet."
         raise NotARun(f"{self.directory} has no trial {identity}.", known)
+
+    def sensors(self, attempt: int, n_sensors: int) -> NDArray[np.uint16] | None:
+        """What a real robot's sensors read in one attempt: wire values 0..1023, shape ``(n_steps, n_sensors)``.
+
+        Returns:
+            None if they were not kept: a simulated robot can repeat the trial, and of a trial that a host's crash cut
+            off only the result may be known.
+        """
+        row = self._db.execute(
+            "SELECT data FROM trace WHERE attempt = ? AND format = ?", (attempt, TRACE_FORMAT)
+        ).fetchone()
+        return unpack_sensors(row[0], n_sensors) if row else None
 
     def count_attempts(self) -> int:
         """The highest attempt id so far."""

@@ -18,6 +18,7 @@ from sceann_hil.coding import Bits, genome_to_hex
 from sceann_hil.errors import RunExists
 from sceann_hil.journal.reader import JournalReader, open_database
 from sceann_hil.journal.schema import APPLICATION_ID, JOURNAL_NAME, SCHEMA, SCHEMA_VERSION
+from sceann_hil.journal.sensors import TRACE_FORMAT, pack_sensors
 from sceann_hil.robot import EndReason, Results
 
 _UNBORN = f".{JOURNAL_NAME}.new"
@@ -175,6 +176,8 @@ class Journal:
             ids: from `intend`.
             results: what happened, in the same order.
             fitness: of each trial, shape ``(n,)``; ignored where the end was void.
+
+        Traces in the results are kept too: a robot that delivers them with `run` cannot be asked for them later.
         """
         now = _now()
         reasons = [EndReason(r) for r in results.end_reasons.tolist()]
@@ -196,6 +199,14 @@ class Journal:
                     )
                 ],
             )
+            if results.traces is not None:
+                self._db.executemany(
+                    "INSERT INTO trace (attempt, format, data) VALUES (?, ?, ?)",
+                    [
+                        (identity, TRACE_FORMAT, pack_sensors(trace.sensors))
+                        for identity, trace in zip(ids.tolist(), results.traces, strict=True)
+                    ],
+                )
 
     def finish_generation(self, number: int, fitness: NDArray[np.float64], wall_s: float, success_rate: float) -> None:
         """All trials of a generation are counted; `fitness` has shape ``(population,)``."""
