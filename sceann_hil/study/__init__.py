@@ -1,0 +1,1 @@
+"""Many runs: the paper's grids, on all cores or on a cluster."""
