@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 from importlib.metadata import version
 from itertools import islice
 from types import ModuleType
-from typing import Any
+from typing import Any, Self
 
 from sceann_hil.errors import WorkersLost
 from sceann_hil.study.lockstep import Block, BlockResult, compute_block
@@ -55,7 +55,7 @@ class ClusterWorkers:
             WorkersLost: a block takes every worker down with it, or the scheduler is gone.
         """
         waiting = iter(blocks)
-        finished = self._dask.as_completed()
+        finished = self._dask.as_completed(loop=self._client.loop)
         attempts: dict[str, tuple[Block, int]] = {}
 
         def submit(block: Block, attempt: int) -> None:
@@ -83,13 +83,25 @@ class ClusterWorkers:
                 submit(fresh, 1)
             yield result
 
+    @property
+    def count(self) -> int:
+        """Threads of all workers."""
+        threads: dict[str, int] = self._client.nthreads()
+        return max(1, sum(threads.values()))
+
     def close(self) -> None:
         """Leave the cluster as it is."""
         self._client.close()
 
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
     def _in_the_air(self) -> int:
         """Enough that nobody waits, few enough that memory stays bounded."""
-        return max(4, 2 * sum(self._client.nthreads().values()))
+        return max(4, 2 * self.count)
 
     def _check_versions(self) -> None:
         ours = version(_PACKAGE)

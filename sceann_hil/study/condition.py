@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -34,8 +35,15 @@ class Condition:
 
     @cached_property
     def identity(self) -> int:
-        """64 bits that depend on everything the experiment does, and on nothing else."""
-        return int.from_bytes(hashlib.sha256(self.text.encode()).digest()[:8], "big")
+        """64 bits that depend on what the experiment does, and on nothing else.
+
+        Only values that are not the defaults count: an option that is added later, with a default that changes
+        nothing, changes no seed of an older study.
+        """
+        essence = self.config.model_dump(mode="json", exclude={"name", "seed"}, exclude_defaults=True)
+        for section in ("task", "robot", "algorithm"):
+            essence[section] = {"type": getattr(self.config, section).type, **essence.get(section, {})}
+        return int.from_bytes(hashlib.sha256(json.dumps(essence, sort_keys=True).encode()).digest()[:8], "big")
 
     @cached_property
     def text(self) -> str:

@@ -43,7 +43,7 @@ class StudyConfig(Section):
     """Independent runs of each condition."""
     base: dict[str, Any]
     """An experiment; the axes replace some of its values."""
-    grid: dict[str, Annotated[list[Any], Field(min_length=1)]] = {}
+    grid: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field(default_factory=dict)
     """Axes: a dotted key of the experiment and the values that it takes. Every combination is a condition."""
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -44,7 +45,7 @@ class LocalWorkers:
             WorkersLost: workers die again and again.
         """
         waiting = iter(blocks)
-        lost: list[Block] = []
+        ready: deque[Block] = deque()
         deaths = 0
         while True:
             in_the_air: dict[Future[BlockResult], Block] = {}
@@ -52,9 +53,10 @@ class LocalWorkers:
             try:
                 while True:
                     room = 2 * self.count - len(in_the_air)
-                    again, lost = lost[:room], lost[room:]
-                    for block in (*again, *islice(waiting, room - len(again))):
-                        in_the_air[pool.submit(compute_block, block)] = block
+                    ready.extend(islice(waiting, max(0, room - len(ready))))
+                    while ready and len(in_the_air) < 2 * self.count:
+                        in_the_air[pool.submit(compute_block, ready[0])] = ready[0]
+                        ready.popleft()
                     if not in_the_air:
                         return
                     done, _ = wait(in_the_air, return_when=FIRST_COMPLETED)
@@ -65,10 +67,10 @@ class LocalWorkers:
                         yield result
             except BrokenProcessPool:
                 deaths += 1
-                lost = [*in_the_air.values(), *lost]
+                ready.extendleft(in_the_air.values())
                 if deaths > MOST_DEATHS:
                     raise WorkersLost(
-                        f"Worker processes died {deaths} times in a row; {len(lost)} blocks of runs are not done.",
+                        f"Worker processes died {deaths} times in a row; {len(ready)} blocks of runs are not done.",
                         "Is there enough memory? Results so far are kept: the same command continues.",
                     ) from None
             finally:

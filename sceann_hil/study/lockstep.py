@@ -99,8 +99,7 @@ def compute_block(block: Block) -> BlockResult:
         fitness=generation.fitness[runs, champions],
         successes=generation.successes[runs, champions],
         genomes=tuple(
-            genome_to_hex(state.genomes[champion])
-            for state, champion in zip(generation.states, champions, strict=True)
+            genome_to_hex(state.genomes[champion]) for state, champion in zip(generation.states, champions, strict=True)
         ),
         best=np.stack(best, axis=1),
     )

@@ -90,10 +90,6 @@ class StudyReader:
             for number, settings, text in rows
         ]
 
-    def identities(self) -> dict[str, str]:
-        """The configuration of every condition by its identity."""
-        return dict(self._db.execute("SELECT identity, config FROM condition ORDER BY number"))
-
     def finished(self, condition: int) -> set[int]:
         """Numbers of the runs of a condition that need not be computed again."""
         return {row[0] for row in self._db.execute("SELECT number FROM run WHERE condition = ?", (condition,))}
@@ -161,11 +157,10 @@ class StudyStore(StudyReader):
     def record(self, result: BlockResult) -> None:
         """Keep a block's runs; all of them or, if anything fails, none."""
         block = result.block
+        columns = (block.seeds, result.fitness, result.successes, result.genomes, result.best.astype("<f4"))
         rows = [
             (block.condition, block.first_run + k, seed, float(fitness), int(successes), genome, best.tobytes())
-            for k, (seed, fitness, successes, genome, best) in enumerate(
-                zip(block.seeds, result.fitness, result.successes, result.genomes, result.best.astype("<f4"), strict=True)
-            )
+            for k, (seed, fitness, successes, genome, best) in enumerate(zip(*columns, strict=True))
         ]
         with self._db:
             self._db.execute("BEGIN")
@@ -181,15 +176,16 @@ class StudyStore(StudyReader):
         self._lock.release()
 
     def _check_unchanged(self, study: Study) -> None:
-        before = self.identities()
-        after = {_hex(condition): condition for condition in study.conditions}
-        if self.seed == study.config.seed and list(before) == list(after):
+        rows = self._db.execute("SELECT identity, config FROM condition ORDER BY number").fetchall()
+        if self.seed == study.config.seed and rows == [(_hex(c), c.text) for c in study.conditions]:
             return
         differences = data_difference(self.written, study.written)
         if not differences:
-            pairs = zip(before.items(), after.items(), strict=True)
-            old, new = next((old, condition) for (key, old), (other, condition) in pairs if key != other)
-            differences = config_difference(parse_config(old, "the study's condition"), new.config)
+            # as written the two are equal: has a default changed since, or was one merely added?
+            pairs = zip(self.conditions(), study.conditions, strict=True)
+            differences = next(filter(None, (config_difference(old.config, new.config) for old, new in pairs)), [])
+        if not differences:
+            return
         lines = "\n".join(f"  {difference}" for difference in differences)
         raise StudyChanged(
             f"{self.directory} holds a study that was begun with another configuration:\n{lines}",
