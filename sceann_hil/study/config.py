@@ -15,7 +15,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, ValidationError
 
-from sceann_hil.config import ExperimentConfig
+from sceann_hil.config import ExperimentConfig, parse_config
 from sceann_hil.config.document import Document, parse
 from sceann_hil.config.explain import explain
 from sceann_hil.config.file import read_text
@@ -94,6 +94,20 @@ def parse_study(text: str, source: str, overrides: Sequence[str] = ()) -> Study:
         raise
     raise_if_any([*document.problems, *_axis_problems(config, document)])
     return Study(config, _conditions(config, document))
+
+
+def load_conditions(path: FilePath | str, overrides: Sequence[str] = ()) -> tuple[str, tuple[Condition, ...]]:
+    """A name and the conditions of a study's file, or the one condition of an experiment's; errors as in
+    `load_study`. Conditions keep the file's seed here."""
+    text = read_text(path)
+    document = parse(text, str(path))
+    if isinstance(document.data, dict) and "base" not in document.data:
+        config = parse_config(text, str(path), overrides)
+        one = Condition(0, (), config.model_copy(update={"name": None}))
+        return config.name or FilePath(path).stem, (one,)
+    study = parse_study(text, str(path), overrides)
+    seed = {"seed": study.config.seed}
+    return study.config.name, tuple(replace(c, config=c.config.model_copy(update=seed)) for c in study.conditions)
 
 
 def _axis_problems(config: StudyConfig, document: Document) -> Iterator[Problem]:
