@@ -86,8 +86,8 @@ def check_enumerable(config: ExperimentConfig) -> None:
     if config.genome_length > MAX_BITS:
         raise ConfigError(
             f"controller.coding: {config.controller.coding.value} with {size.n_sensors} sensors, {size.n_hidden} "
-            f"hidden and {size.n_motors} motor neurons has {config.genome_length} bits; expected at most {MAX_BITS}, because "
-            "every genome is tried",
+            f"hidden and {size.n_motors} motor neurons has {config.genome_length} bits; expected at most {MAX_BITS}, "
+            "because every genome is tried",
             "Nothing was started. Choose a smaller network, or sceann3, the shortest coding.",
         )
     if spec.attended or spec.batch_size is not None:

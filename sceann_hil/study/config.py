@@ -190,9 +190,9 @@ def _below(document: Document, path: Path) -> Document:
 def _named(problem: Problem, document: Document, settings: Sequence[Setting]) -> Problem:
     """The problem, naming the axis if its value stands on one."""
     for axis, value in settings:
-        places = [place for path, place in document.values.items() if path[:2] == ("grid", axis)]
-        places.append(document.place_of_key(("grid", axis)))
-        if problem.place in places:
+        if problem.place == document.place_of_key(("grid", axis)):
+            return replace(problem, message=f"{problem.message}, on the axis {axis}")
+        if problem.place in [place for path, place in document.values.items() if path[:2] == ("grid", axis)]:
             where = "" if isinstance(value, dict) else f" ({setting_text(axis, value)})"
             return replace(problem, message=f"{problem.message}, on the axis {axis}{where}")
     return problem
