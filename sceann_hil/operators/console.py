@@ -74,7 +74,9 @@ class Console(Operator):
         if quiet and verb not in _AT_ONCE:
             return
         if verb.wants_text and verb in view.accepts and not words:
-            self._show("Why? (Enter ends, Esc gives up)" if verb is Verb.DISCARD else "Note (Enter ends, Esc gives up):")
+            self._show(
+                "Why? (Enter ends, Esc gives up)" if verb is Verb.DISCARD else "Note (Enter ends, Esc gives up):"
+            )
             words = self._keys.words() or ""
         question = view.question if verb.is_answer else None
         receipt = self.desk.press(verb, by=self.name, question=question, text=words)

@@ -12,11 +12,15 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 
 from sceann_hil.operators.messages import Finished, Press, Receipt, Situation, Status, View
 from sceann_hil.operators.verbs import ACCEPTED, Phase, Verb
 from sceann_hil.robot import EmergencyStop, EndReason
 from sceann_hil.stopping import Stopped, StopReason
+
+POLL_S = 0.2
+"""How often a waiting run looks whether the command line wants it to stop."""
 
 HISTORY = 12
 """Trials that a display can show."""
@@ -51,11 +55,19 @@ class Desk:
     Args:
         asks: whether anybody is there to be asked before and after trials.
         on_emergency: called at once, in the presser's thread, when somebody presses the emergency stop between trials.
+        stop: asked while the run waits here; True ends the waiting with `Stopped`.
     """
 
-    def __init__(self, *, asks: bool = True, on_emergency: Callable[[str], object] = lambda _: None) -> None:
+    def __init__(
+        self,
+        *,
+        asks: bool = True,
+        on_emergency: Callable[[str], object] = lambda _: None,
+        stop: Callable[[], bool] = lambda: False,
+    ) -> None:
         self.asks = asks
         self._on_emergency = on_emergency
+        self._stop = stop
         self._changed = threading.Condition()
         self._view = View(accepts=ACCEPTED[Phase.IDLE])
         self._questions = 0
@@ -123,8 +135,8 @@ class Desk:
                 self._flight.ended_by = verb
             self._set_phase(Phase.CLOSED, reason=f"emergency stop, pressed by {press.by}")
             if interrupt is not None:
-                return lambda: interrupt(EndReason.EMERGENCY_STOP)
-            return lambda: self._on_emergency(reason)
+                return partial(interrupt, EndReason.EMERGENCY_STOP)
+            return partial(self._on_emergency, reason)
         if verb is Verb.FINISH:
             self._view = replace(self._view, finishing=True)
         if verb in (Verb.PAUSE_AFTER, Verb.PAUSE_NOW):
@@ -136,7 +148,7 @@ class Desk:
             self._view = replace(self._view, accepts=self._view.accepts - {Verb.STOP, Verb.GOAL, Verb.PAUSE_NOW})
             interrupt = self._interrupt
             if interrupt is not None:
-                return lambda: interrupt(_ENDS_TRIAL[verb])
+                return partial(interrupt, _ENDS_TRIAL[verb])
         if verb.is_answer and phase in (Phase.BEFORE, Phase.AFTER):
             self._answer = press
             self._set_phase(Phase.IDLE)
@@ -181,7 +193,7 @@ class Desk:
                 self._questions += 1
                 self._answer = None
                 self._set_phase(phase, situation=situation, question=self._questions)
-                self._changed.wait_for(lambda: self._answered(phase))
+                self._wait_until(lambda: self._answered(phase))
                 self._raise_if_closed()
                 answer = self._answer
                 if answer is None:
@@ -226,7 +238,7 @@ class Desk:
             if self._view.pausing and not self._view.finishing:
                 self._set_phase(Phase.PAUSED, reason=self._who_paused())
                 began_s = time.monotonic()
-                self._changed.wait_for(
+                self._wait_until(
                     lambda: not self._view.pausing or self._view.finishing or self._emergency is not None
                 )
                 self._paused_s += time.monotonic() - began_s
@@ -250,6 +262,8 @@ class Desk:
             self._changed.wait_for(lambda: self._presses > before or self._emergency is not None, timeout_s)
             self._paused_s += time.monotonic() - began_s
             self._raise_if_closed()
+            if self._stop():
+                raise Stopped
             if self._view.finishing:
                 raise Stopped(StopReason.OPERATOR, f"{self._last_by(Verb.FINISH)} finished the run")
 
@@ -283,6 +297,12 @@ class Desk:
         with self._changed:
             if self._view.phase is not Phase.CLOSED:
                 self._set_phase(Phase.CLOSED, reason=reason)
+
+    def _wait_until(self, happened: Callable[[], bool]) -> None:
+        while not self._changed.wait_for(happened, POLL_S):
+            if self._stop():
+                self._set_phase(Phase.IDLE)
+                raise Stopped
 
     def _set_phase(
         self, phase: Phase, *, situation: Situation | None = None, question: int = 0, reason: str = ""

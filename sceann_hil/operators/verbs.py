@@ -80,5 +80,5 @@ ACCEPTED: dict[Phase, frozenset[Verb]] = {
     Phase.SUSPENDED: _EVER,
     Phase.CLOSED: frozenset(),
 }
-"""What is accepted in each phase. Besides: GOAL only if the task asks for it; of STOP, GOAL and PAUSE_NOW only the first
-in a trial; DISCARD and NOTE only with words; an answer only to the question that is open."""
+"""What is accepted in each phase. Besides: GOAL only if the task asks for it; of STOP, GOAL and PAUSE_NOW only the
+first in a trial; DISCARD and NOTE only with words; an answer only to the question that is open."""
