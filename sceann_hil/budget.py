@@ -170,8 +170,9 @@ class Meter:
     def trials_left(self) -> float:
         """How many average trials the limits still allow; infinite if nothing is limited."""
         each = self.mean_trial
-        return min(
+        trials = min(
             (getattr(self.limits, f.name) - getattr(self.spent, f.name)) / getattr(each, f.name)
             for f in fields(Amounts)
             if getattr(each, f.name) > 0.0
         )
+        return float(trials)

@@ -207,12 +207,17 @@ class Health:
     Attributes:
         ok: trials may run.
         battery_fraction: 0..1, or None where it is not measured.
+        temperature_c: degrees Celsius, or None where it is not measured.
+        link_quality: part 0..1 of the last trial's messages that came through at the first try; None where there is no
+            link.
         messages: what a person should know, most important first.
     """
 
     ok: bool = True
     battery_fraction: float | None = None
     messages: tuple[str, ...] = field(default=())
+    temperature_c: float | None = None
+    link_quality: float | None = None
 
 
 class Robot(ABC):
@@ -273,8 +278,20 @@ class Robot(ABC):
         """
         return True
 
+    def interrupt(self, reason: EndReason) -> None:
+        """End the trial that runs, if any; called from another thread than `run`, and must not wait.
+
+        `run` then returns as soon as the motors are safe, with this end reason if the robot can do that. By default the
+        motors go to their safe output and `run` sees for itself.
+
+        Args:
+            reason: OPERATOR, BATTERY, GOAL (a person says that the task is done), or EMERGENCY_STOP (stop by every
+                means there is).
+        """
+        self.make_safe(str(reason))
+
     def health(self) -> Health:
-        """State of the robot, without side effects."""
+        """State of the robot, without side effects; may be called from another thread while a trial runs."""
         return Health()
 
     def __enter__(self) -> Self:

@@ -238,9 +238,7 @@ class Desk:
             if self._view.pausing and not self._view.finishing:
                 self._set_phase(Phase.PAUSED, reason=self._who_paused())
                 began_s = time.monotonic()
-                self._wait_until(
-                    lambda: not self._view.pausing or self._view.finishing or self._emergency is not None
-                )
+                self._wait_until(lambda: not self._view.pausing or self._view.finishing or self._emergency is not None)
                 self._paused_s += time.monotonic() - began_s
                 self._raise_if_closed()
                 self._set_phase(Phase.IDLE)

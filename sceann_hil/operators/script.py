@@ -50,7 +50,9 @@ class Step:
             phase = Phase(match["phase"]) if match["phase"] else None
         except ValueError:
             verbs = ", ".join(verb.value for verb in Verb)
-            raise ValueError(f"expected [PHASE:] VERB [after SECONDS s] [WORDS], VERB of {verbs}, got {line!r}") from None
+            raise ValueError(
+                f"expected [PHASE:] VERB [after SECONDS s] [WORDS], VERB of {verbs}, got {line!r}"
+            ) from None
         if phase is not None and verb not in ACCEPTED[phase]:
             raise ValueError(f"phase {phase.value} never accepts {verb.value}, got {line!r}")
         if verb.wants_text and not match["text"]:

@@ -36,8 +36,7 @@ class OperatorConfig(Section):
     confirm: bool = True
     """Ask after every trial whether it counts; otherwise it does, unless somebody stopped it."""
     prompt: Prompt = Prompt.NONE
-    """A sound with every question: none, bell (console and page), or speech (both; at the console where a speech program
-    is installed)."""
+    """A sound with every question: none, bell, or speech (at the console where a speech program is installed)."""
     host: str = "127.0.0.1"
     """Address of the web panel; anything but this machine's own needs the token in the link that is printed."""
     port: Annotated[int, Field(ge=0, le=65_535)] = 8075

@@ -24,7 +24,7 @@ def rounds(
     Returns:
         Rounds of shape ``(n, 2)``: individual, trial.
     """
-    places = np.stack(np.indices((population, n_trials)), axis=-1).reshape(-1, 2).astype(np.int64)
+    places = np.indices((population, n_trials), np.int64).reshape(2, -1).T
     parts = [places[places[:, 1] == t] for t in range(n_trials)] if trial_by_trial else [places]
     if shuffle:
         rng = generator(root_seed, Purpose.ORDER, generation)

@@ -1,7 +1,7 @@
 """Identical genomes share what was measured of any of them.
 
-The policy, in full: a genome's fitness is the mean, trial by trial, over all counted attempts that the run made of it, in
-this generation and before; once each of its trials has as many counted attempts as the limit says, no more are made.
+The policy, in full: a genome's fitness is the mean, trial by trial, over all counted attempts that the run made of it,
+in this generation and before; once a trial has as many counted attempts as the limit says, no more of it are made.
 With a limit of 1 on a noise-free task this changes nothing but the time: every attempt would give the same. On a noisy
 task it changes the numbers in one direction only: less noise, above all for the elite, whose lucky first evaluation is
 averaged with later ones instead of being kept.
