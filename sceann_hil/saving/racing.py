@@ -9,17 +9,18 @@ other individual's interval: for every other individual j either ``high_i < low_
 were run and any number in ``[low_i, high_i]`` otherwise (`censored_fitness` takes the middle). Take two individuals i
 and j. If both ran all trials, ``(g_i, g_j) = (f_i, f_j)``. Otherwise one of them, say i, was ended. At that moment its
 interval met no other; intervals only shrink, so those of i and j never meet again, and both ``(f_i, f_j)`` and
-``(g_i, g_j)`` are one number of each: ``g_i < g_j`` exactly if ``f_i < f_j``, and neither pair is a tie. So f and g have
-the same order and the same ties. The algorithms of this package (tournaments and elites in `sceann_hil.evolution.selection`) use
-fitness only in comparisons ``>`` and ``==`` between individuals, and draw random numbers that depend on nothing else;
-hence they do the same with g as with f. QED. Whoever may still be the best runs all trials, so that a generation's best
-fitness is always measured. (The claim is about one generation: with pooling on, later means are over other attempts.)
-The reported *numbers* of ended individuals are not their fitness, and an
-algorithm that uses more than comparisons must not be raced.
+``(g_i, g_j)`` are one number of each: ``g_i < g_j`` exactly if ``f_i < f_j``, and neither pair is a tie. So f and g
+have the same order and the same ties. The algorithms of this package (tournaments and elites in
+`sceann_hil.evolution.selection`) use fitness only in comparisons ``>`` and ``==`` between individuals, and draw random
+numbers that depend on nothing else; hence they do the same with g as with f. QED.
+
+Whoever may still be the best runs all trials, so that a generation's best fitness is always measured; the numbers
+reported for ended individuals are not their fitness, and an algorithm that uses more than comparisons must not be
+raced. The claim is about one generation: with pooling on, later means are taken over other attempts.
 
 **The approximate rule** may change the selection. An individual with b others that are certainly better (``low_j >
-high_i``) wins a tournament of k among n only if it is drawn and no contestant is one of the b. Its race ends also when the expected number of its children, ``(n - elites)`` times the probability that it is drawn and wins,
-is below `LEAST_CHILDREN`.
+high_i``) wins a tournament of k among n only if it is drawn and no contestant is one of the b. Its race ends also when
+the expected number of its children, ``(n - elites)`` times the probability that it wins, is below `LEAST_CHILDREN`.
 """
 
 from __future__ import annotations
