@@ -141,6 +141,21 @@ class RobotLink:
             raise LinkDown(f"the link is gone: {error}") from error
         self.statistics.sent += 1
 
+    def stop_now(self) -> None:
+        """Send STOP at once, without waiting for a reply or for whoever holds the link; never raises.
+
+        Whoever holds the link sees the robot end what it does. Safe from any thread: it is one frame.
+        """
+        with contextlib.suppress(LinkDown):
+            self.send(Function.COMMAND, pack_command(Op.STOP, STOP_SEQUENCE))
+
+    def emergency_stop(self) -> None:
+        """Send the latched stop of all robots, several times, because nothing acknowledges it; never raises."""
+        stop = can.Message(arbitration_id=0, is_extended_id=False, data=b"", check=False)
+        for _ in range(ESTOP_FRAMES):
+            with contextlib.suppress(can.CanError, OSError):
+                self._bus.send(stop)
+
     def receive(self, timeout_s: float) -> Incoming | None:
         """The next message of this robot, or None after `timeout_s`; heartbeats go out meanwhile.
 
