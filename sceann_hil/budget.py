@@ -11,7 +11,7 @@ from typing import Annotated, Self
 
 from pydantic import Field
 
-from sceann_hil.durations import Duration, duration_text
+from sceann_hil.timespans import Duration, duration_text
 from sceann_hil.plugins import Section
 
 _RECENT = 100

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sceann_hil.durations import duration_text
+from sceann_hil.timespans import duration_text
 from sceann_hil.task import Task
 
 TREND_GENERATIONS = 8

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sceann_hil.budget import Meter
-from sceann_hil.durations import duration_text
+from sceann_hil.timespans import duration_text
 from sceann_hil.evaluator import Attended
 from sceann_hil.forecast import Forecast
 from sceann_hil.journal import Circumstances, Journal, Slots

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from sceann_hil.durations import parse_duration_s
+from sceann_hil.timespans import parse_duration_s
 
 RunDirectory = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run.", show_default=False)]
 ConfigFile = Annotated[Path, typer.Argument(metavar="CONFIG", help="A YAML file.", show_default=False)]
