@@ -1,0 +1,137 @@
+"""Files in rerun's format: written whole or not at all, joined, checked."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+
+import rerun_cli
+from rerun.chunk import Chunk, LazyChunkStream, RrdReader
+
+from sceann_hil.errors import DiskFull, RecordingIsDamaged
+
+VIEWER = Path(rerun_cli.__file__).parent / ("rerun.exe" if os.name == "nt" else "rerun")
+"""The program itself: the `rerun` script is a wrapper that does not pass signals on."""
+
+_MAGIC = b"RRF2"
+
+
+def quiet_environment() -> dict[str, str]:
+    """For rerun's programs: no usage statistics, no banner, nothing written to the user's settings; errors only."""
+    return {**os.environ, "CI": "true", "RUST_LOG": "error", "NO_COLOR": "1"}
+
+
+@contextlib.contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A temporary name beside `path` that becomes `path` at the end of the block, or nothing at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
+    os.close(handle)
+    part = Path(name)
+    try:
+        yield part
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def write_recording(path: Path, chunks: Iterable[Chunk], *, application_id: str, recording_id: str) -> None:
+    """One recording in one file.
+
+    Raises:
+        DiskFull: no space left.
+        OSError: `path` cannot be written.
+    """
+    try:
+        LazyChunkStream.from_iter(chunks).write_rrd(path, application_id=application_id, recording_id=recording_id)
+    except (OSError, ValueError, RuntimeError) as error:
+        raise _disk_full(path) or error from error
+
+
+def join(parts: Sequence[Path], path: Path) -> None:
+    """Recordings of several files in one file, without decoding them; the parts stay.
+
+    Raises:
+        DiskFull: no space left.
+        OSError: rerun refuses, with what it said.
+    """
+    with replacing(path) as part:
+        _rrd("route", parts, part)
+
+
+def merge(parts: Sequence[Path], path: Path) -> None:
+    """Parts of the same recording as one recording; the parts stay.
+
+    Raises:
+        DiskFull, OSError: as in `join`.
+    """
+    with replacing(path) as part:
+        _rrd("merge", parts, part)
+
+
+def _rrd(command: str, parts: Sequence[Path], path: Path) -> None:
+    done = subprocess.run(
+        [VIEWER, "rrd", command, *parts, "-o", path],
+        env=quiet_environment(),
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        errors="replace",
+        check=False,
+    )
+    if done.returncode:
+        raise _disk_full(path) or OSError(errno.EIO, f"rerun rrd {command} failed: {done.stderr.strip()[-400:]}", path)
+
+
+def _disk_full(path: Path) -> DiskFull | None:
+    """rerun's errors carry no number, so ask the file system: less room than a small file needs is full."""
+    try:
+        free = shutil.disk_usage(path.parent).free
+    except OSError:
+        return None
+    if free > 1_000_000:
+        return None
+    return DiskFull(
+        f"The disk is full: {path.parent} has {free // 1000} kB left.",
+        "Free some space, then `sceann record DIR` makes the missing recordings.",
+    )
+
+
+def check(path: Path, remedy: str) -> int:
+    """Refuse a file that a viewer could not show.
+
+    Args:
+        path: a file that exists.
+        remedy: what a user should do about a damaged one.
+
+    Returns:
+        The number of recordings in it.
+
+    Raises:
+        RecordingIsDamaged: it is empty, cut off, of another kind, or its index cannot be read.
+    """
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        start = file.read(len(_MAGIC))
+    if start != _MAGIC:
+        what = "is empty" if not size else "is not a recording (or its beginning is overwritten)"
+        raise RecordingIsDamaged(f"{path} {what}: {size} bytes.", remedy)
+    try:
+        reader = RrdReader(path)
+        recordings = reader.recordings()
+        for recording in recordings:
+            reader.store(store=recording)
+    except (OSError, ValueError, RuntimeError) as error:
+        reason = str(error).strip().splitlines()[0][:160]
+        raise RecordingIsDamaged(
+            f"{path} is cut off or damaged: its index is missing or unreadable after {size} bytes ({reason}).", remedy
+        ) from None
+    if not recordings:
+        raise RecordingIsDamaged(f"{path} holds no recording.", remedy)
+    return len(recordings)
