@@ -17,6 +17,8 @@ from sceann_hil.robot import EndReason
 from sceann_hil.scenery import ArenaScenery
 
 IN_SIGHT, BLIND, AT_TARGET = "target in sight", "blind", "at the target"
+_TURN = np.linspace(0.0, 2.0 * np.pi, 13)
+_RING = np.column_stack([np.cos(_TURN), np.sin(_TURN)]).astype(np.float32)
 DISTANCE_NAME = "distance to the target [m]"
 
 
@@ -24,12 +26,14 @@ def arena_scenery(scene: ArenaScenery) -> Iterator[Chunk]:
     """Everything that stands still, and the robot's shape."""
     yield from arena_ground(scene)
     r = scene.body_radius_m
+    yield static("/arena/trail", rr.Points2D.from_fields(colors=style.colours(style.TRAIL), radii=r / 7, draw_order=12))
     yield static("/arena/path", rr.LineStrips2D.from_fields(colors=style.colours(style.PATH), radii=r / 10, draw_order=1))
     yield static("/arena/robot/body", rr.Points2D([[0, 0]], radii=r, colors=style.colours(style.BODY), draw_order=20))
     yield static(
         "/arena/robot/nose",
         rr.LineStrips2D([[[0.15 * r, 0], [r, 0]]], radii=0.14 * r, colors=style.colours(style.NOSE), draw_order=22),
     )
+    yield static("/arena/robot/cones", _fans(scene))
     wheels = [[[-0.45 * r, side], [0.45 * r, side]] for side in (0.95 * r, -0.95 * r)]
     yield static(
         "/arena/robot/wheels",
@@ -123,28 +127,19 @@ def _solid(scene: ArenaScenery) -> Iterator[Chunk]:
 
 
 def arena_trial(run: RecordedRun, scene: ArenaScenery, trial: RecordedTrial, *, full: bool) -> Iterator[Chunk]:
-    """What moved in one trial; `full` adds the sensors' cones and the trail."""
+    """What moved in one trial; `full` lights the sensors' cones and adds the trail."""
     state, n = trial.trace.state, trial.steps
     xy = state[:, :2]
     now = step_times(n + 1, run.tick_s)
-    yield static("/arena/path", rr.LineStrips2D.from_fields(strips=[xy]))
-    yield static(
-        "/arena/path/start",
-        rr.Ellipses2D(
-            centers=xy[:1],
-            half_sizes=[[0.4 * scene.body_radius_m] * 2],
-            colors=style.colours(style.MARK),
-            line_radii=scene.body_radius_m / 12,
-            draw_order=2,
-        ),
-    )
+    ring = xy[0] + 0.4 * scene.body_radius_m * _RING
+    yield static("/arena/path", rr.LineStrips2D.from_fields(strips=[xy, ring]))
     yield timed("/arena/robot", now, poses(np.column_stack([xy, np.zeros(n + 1, np.float32)]), state[:, 2]))
     away = np.hypot(*(xy.astype(np.float64) - scene.target_m).T)
     yield timed("/signals/distance", now, scalars(away[:, None]))
     steps, names = phases(trial)
     yield timed("/phase", times_of(steps, run.tick_s), rr.StateChange.columns(state=names))
     if full:
-        yield from _cones(run, scene, trial)
+        yield timed("/arena/robot/cones", step_times(n, run.tick_s), _fan_colours(run, trial))
         yield timed("/arena/trail", now, rr.Points2D.columns(positions=xy))
 
 
@@ -158,20 +153,20 @@ def phases(trial: RecordedTrial) -> tuple[NDArray[np.int64], list[str]]:
     return steps.astype(np.int64), names
 
 
-def _cones(run: RecordedRun, scene: ArenaScenery, trial: RecordedTrial) -> Iterator[Chunk]:
-    """One fan per sensor that lights up with what the sensor says."""
-    n, count = trial.steps, run.size.n_sensors
-    if count != len(scene.sensor_directions_rad):
-        return
+def _fans(scene: ArenaScenery) -> rr.LineStrips2D:
+    """One fan per sensor."""
     reach = 0.3 * max(scene.arena_m)
-    fan = np.linspace(-1.0, 1.0, 9) * scene.sensor_half_width_rad
+    part = np.linspace(-1.0, 1.0, 9) * scene.sensor_half_width_rad
     fans = []
     for direction in scene.sensor_directions_rad:
-        rim = reach * np.column_stack([np.cos(direction + fan), np.sin(direction + fan)])
+        rim = reach * np.column_stack([np.cos(direction + part), np.sin(direction + part)])
         fans.append(np.concatenate([[[0.0, 0.0]], rim, [[0.0, 0.0]]]))
-    yield static("/arena/robot/cones", rr.LineStrips2D(fans, radii=scene.body_radius_m / 16, draw_order=15))
+    return rr.LineStrips2D.from_fields(strips=fans, radii=scene.body_radius_m / 20, draw_order=15)
+
+
+def _fan_colours(run: RecordedRun, trial: RecordedTrial) -> rr.ComponentColumnList:
     signal = trial.trace.sensors / SENSOR_MAX
     # a distant target gives a tenth of full scale: the square root makes it visible, and seeing nothing stays dark
     shown = np.where(signal > 0, 0.35 + 0.65 * np.sqrt(signal), 0.0)
     colours = rr.LineStrips2D.columns(colors=style.activation_colours(shown).reshape(-1))
-    yield timed("/arena/robot/cones", step_times(n, run.tick_s), several(colours, n, count))
+    return several(colours, trial.steps, run.size.n_sensors)

@@ -26,7 +26,6 @@ def trial_chunks(run: RecordedRun, trial: RecordedTrial, *, full: bool) -> Itera
         trial: with its trace.
         full: also what costs most: sensor cones, trail, and the network's activity.
     """
-    yield static("/__properties", rr.archetypes.RecordingInfo(name=trial.title))
     yield Chunk.from_property(PROPERTY, rr.AnyValues(**properties(run, trial)))
     yield static("/info", rr.TextDocument(_description(run, trial), media_type="text/markdown"))
     match run.scenery:
@@ -35,21 +34,15 @@ def trial_chunks(run: RecordedRun, trial: RecordedTrial, *, full: bool) -> Itera
         case CartPoleScenery() as scene:
             yield from cartpole.cartpole_trial(run, scene, trial, full=full)
     yield from _signals(run, trial)
-    yield network.connections(trial.weights, run.size)
+    yield static("/network/connections", rr.LineStrips2D.from_fields(radii=network.connections(trial.weights, run.size)))
     if full:
-        yield from network.activations(run, trial)
-    else:
-        yield static("/network/nodes", network.nodes(run))
-        yield timed(
-            "/network/nodes",
-            step_times(1, run.tick_s),
-            rr.Points2D.columns(colors=network.resting(run)).partition([run.size.n_sources]),
-        )
+        yield timed("/network/nodes", step_times(trial.steps, run.tick_s), network.activity(run, trial))
 
 
 def properties(run: RecordedRun, trial: RecordedTrial) -> dict[str, str | int | float | bool]:
     """What a trial can be sorted and filtered by; a void attempt has no fitness."""
     values: dict[str, str | int | float | bool] = {
+        "title": trial.title,
         "run": run.name,
         "number": trial.id,
         "generation": trial.generation,

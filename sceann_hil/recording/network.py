@@ -8,6 +8,7 @@ connections never coincides) and self connections are loops. Arrow heads show th
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -18,15 +19,15 @@ from rerun.chunk import Chunk
 from sceann_hil.coding import NetworkSize, Weights
 from sceann_hil.controller import ONE, sensors_to_q10
 from sceann_hil.recording import style
-from sceann_hil.recording.columns import several, static, step_times, timed
+from sceann_hil.recording.columns import several, static
 from sceann_hil.recording.trial import RecordedRun, RecordedTrial
 
-BOUNDS = ((-2.3, 12.0), (-5.3, 5.3))
+BOUNDS = ((-2.1, 9.9), (-5.6, 5.6))
 """What a view of the network should show: x range, y range (y points down)."""
 
 _NODE_RADIUS = 0.32
 _LINE_RADIUS = 0.028
-_COLUMN_X = (0.0, 5.0, 10.0)
+_COLUMN_X = (0.0, 4.2, 8.0)
 _CURVE = np.linspace(0.0, 1.0, 17)
 _HEAD_LENGTH, _HEAD_HALF_WIDTH = 0.30, 0.13
 _DASH, _GAP = 0.26, 0.20
@@ -38,9 +39,9 @@ def layout(size: NetworkSize) -> Points:
     """Where the sources are drawn, in the order sensors, hidden, motors; shape ``(n_sources, 2)``."""
     columns = []
     for x, count, spacing in zip(
-        _COLUMN_X, (size.n_sensors, size.n_hidden, size.n_motors), (1.35, 2.6, 3.2), strict=True
+        _COLUMN_X, (size.n_sensors, size.n_hidden, size.n_motors), (1.45, 4.4, 5.0), strict=True
     ):
-        spacing = min(spacing, 8.6 / max(count - 1, 1))
+        spacing = min(spacing, 8.8 / max(count - 1, 1))
         y = (np.arange(count) - (count - 1) / 2) * spacing
         # a column of hidden neurons leans out, so that connections past a neighbour do not run through it
         lean = np.where(np.arange(count) % 2, 0.55, -0.55) if x == _COLUMN_X[1] and count > 2 else 0.0
@@ -49,13 +50,13 @@ def layout(size: NetworkSize) -> Points:
 
 
 def network_scenery(run: RecordedRun) -> Iterator[Chunk]:
-    """The nodes' names: the same for all trials."""
-    positions = layout(run.size)
+    """Names, nodes, and the lines of every connection there could be; a trial says which are seen."""
+    size = run.size
+    positions = layout(size)
     names = [*run.sensor_names, *run.hidden_names, *run.motor_names]
-    n_sensors = run.size.n_sensors
-    offset = np.tile([0.0, 0.82], (len(positions), 1))
-    offset[:n_sensors] = [-1.25, 0.0]
-    offset[n_sensors + run.size.n_hidden :] = [1.1, 0.0]
+    offset = np.tile([0.0, 0.45], (len(positions), 1))
+    offset[: size.n_sensors] = [-1.15, -0.37]
+    offset[size.n_sensors + size.n_hidden :] = [1.05, -0.37]
     yield static(
         "/network/names",
         rr.Points2D(
@@ -67,54 +68,55 @@ def network_scenery(run: RecordedRun) -> Iterator[Chunk]:
             draw_order=20,
         ),
     )
-
-
-def connections(weights: Weights, size: NetworkSize) -> Chunk:
-    """A network's connections; the chunk may go into any number of recordings."""
-    return _connections(np.ascontiguousarray(weights, np.int8).tobytes(), size)
-
-
-@lru_cache(maxsize=64)
-def _connections(weights: bytes, size: NetworkSize) -> Chunk:
-    return static("/network/connections", drawing(np.frombuffer(weights, np.int8).reshape(size.n_neurons, -1), size))
-
-
-def drawing(weights: Weights, size: NetworkSize) -> rr.LineStrips2D:
-    """The strips of all connections that are there."""
-    strips: list[Points] = []
-    colours: list[int] = []
-    curves = _curves(size)
-    for neuron, source in zip(*np.nonzero(weights), strict=True):
-        curve, head = curves[neuron][source]
-        excitatory = weights[neuron, source] > 0
-        parts = [curve] if excitatory else _dashes(curve)
-        strips += [*parts, head]
-        colours += [style.EXCITATORY if excitatory else style.INHIBITORY] * (len(parts) + 1)
-    return rr.LineStrips2D(strips, colors=style.colours(*colours), radii=_LINE_RADIUS, draw_order=1)
-
-
-def nodes(run: RecordedRun) -> rr.Points2D:
-    """The nodes; their colours are logged beside this."""
-    return rr.Points2D.from_fields(positions=layout(run.size), radii=_NODE_RADIUS, draw_order=10)
-
-
-def resting(run: RecordedRun) -> NDArray[np.uint32]:
-    """Colours of the nodes of a network that does nothing."""
-    return style.activation_colours(np.zeros(run.size.n_sources))
-
-
-def activations(run: RecordedRun, trial: RecordedTrial) -> Iterator[Chunk]:
-    """The nodes light up with what they said at every step."""
-    trace = trial.trace
-    values = np.concatenate([sensors_to_q10(trace.sensors), trace.x], axis=1) / ONE
-    columns = rr.Points2D.columns(colors=style.activation_colours(values).reshape(-1))
-    yield static("/network/nodes", nodes(run))
-    yield timed(
-        "/network/nodes", step_times(trial.steps, run.tick_s), several(columns, trial.steps, run.size.n_sources)
+    yield static("/network/nodes", rr.Points2D.from_fields(positions=positions, radii=_NODE_RADIUS, draw_order=10))
+    yield static(
+        "/network/connections",
+        rr.LineStrips2D.from_fields(strips=_lines(size).strips, colors=_colours(size), draw_order=1),
     )
 
 
+def connections(weights: Weights, size: NetworkSize) -> NDArray[np.float32]:
+    """Radii of the lines in `network_scenery` that show this network; a line that is not there has none."""
+    lines = _lines(size)
+    seen = weights.reshape(-1)[lines.connection] == lines.sign
+    return np.where(seen, np.float32(_LINE_RADIUS), np.float32(0.0))
+
+
+def activity(run: RecordedRun, trial: RecordedTrial) -> rr.ComponentColumnList:
+    """Colours of the nodes, which light up with what they said at every step."""
+    trace = trial.trace
+    values = np.concatenate([sensors_to_q10(trace.sensors), trace.x], axis=1) / ONE
+    columns = rr.Points2D.columns(colors=style.activation_colours(values).reshape(-1))
+    return several(columns, trial.steps, run.size.n_sources)
+
+
+@dataclass(frozen=True, slots=True)
+class _Lines:
+    """Lines of all possible connections: `connection` counts neuron by neuron, `sign` is what a line stands for."""
+
+    strips: list[Points]
+    connection: NDArray[np.intp]
+    sign: NDArray[np.int8]
+
+
 @lru_cache(maxsize=8)
+def _lines(size: NetworkSize) -> _Lines:
+    strips: list[Points] = []
+    connection: list[int] = []
+    sign: list[int] = []
+    for number, (curve, head) in enumerate(pair for row in _curves(size) for pair in row):
+        for value, parts in ((1, [curve, head]), (-1, [*_dashes(curve), head])):
+            strips += parts
+            connection += [number] * len(parts)
+            sign += [value] * len(parts)
+    return _Lines(strips, np.array(connection), np.array(sign, np.int8))
+
+
+def _colours(size: NetworkSize) -> NDArray[np.uint32]:
+    excitatory, inhibitory = style.colours(style.EXCITATORY, style.INHIBITORY)
+    return np.where(_lines(size).sign > 0, excitatory, inhibitory)
+
+
 def _curves(size: NetworkSize) -> list[list[tuple[Points, Points]]]:
     """The curve and the arrow head from every source to every neuron."""
     positions = layout(size)

@@ -73,6 +73,11 @@ def activation_colours(values: NDArray[np.floating]) -> NDArray[np.uint32]:
     return packed(_RESTING * (1.0 - a) + _ACTIVE * a)
 
 
+def resting_colour() -> NDArray[np.uint32]:
+    """The colour of a node that says 0."""
+    return activation_colours(np.zeros(1))
+
+
 def rank_colours(count: int) -> NDArray[np.uint32]:
     """From red for the worst to blue for the best, shape ``(count,)``."""
     q = np.linspace(0.0, 1.0, max(count, 1))[:, None]
