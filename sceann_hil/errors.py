@@ -1,7 +1,8 @@
 """What can go wrong in a user's hands: one message, one hint, one exit code each, all listed here.
 
-The command line prints `UserError.message` and `UserError.hint` and leaves with `UserError.exit_code`. Everything
-else that escapes is a bug and keeps its traceback. ``docs/exit-codes.md`` is the same table for people.
+The command line prints `UserError.message` and `UserError.hint` and leaves with `UserError.exit_code`.
+Everything else that escapes is a bug and keeps its traceback. ``docs/exit-codes.md`` is the same table for
+people.
 """
 
 from __future__ import annotations
@@ -185,7 +186,7 @@ def as_user_error(error: BaseException) -> UserError | None:
             return user_error(str(error), hint)
     if isinstance(error, KeyboardInterrupt):
         return InterruptedNow(ExitCode.INTERRUPTED_NOW.meaning, "`sceann resume` continues the run.")
-    if isinstance(error, sqlite3.OperationalError) and error.sqlite_errorcode == sqlite3.SQLITE_FULL:
+    if getattr(error, "sqlite_errorcode", None) == sqlite3.SQLITE_FULL:
         return DiskFull("The disk is full: the journal could not be written.", _FREE_SPACE)
     if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
         return DiskFull(f"The disk is full: {_where(error)} could not be written.", _FREE_SPACE)

@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from sceann_hil.evolution.algorithm import Algorithm, StateT
+from sceann_hil.plugins import AlgorithmConfig
 
 MAX_GENOME_LENGTH = 2**15 - 1
 """Operon labels are int16."""
 
 
-class GenerationalConfig(BaseModel):
+class GenerationalConfig(AlgorithmConfig):
     """The settings that every generational algorithm has; defaults from Katada & Nakazawa, Section IV."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
     population: int = Field(default=25, ge=2, le=100_000, description="Individuals per generation.")
     generations: int = Field(
@@ -53,14 +51,6 @@ class GenerationalConfig(BaseModel):
                 f"with more nothing would ever change"
             )
         return self
-
-    @abstractmethod
-    def build(self, genome_length: int) -> Algorithm[Any]:
-        """The algorithm for genomes of `genome_length` bits.
-
-        Raises:
-            ValueError: `genome_length` does not fit these settings.
-        """
 
 
 class GenerationalAlgorithm(Algorithm[StateT]):
@@ -116,6 +106,4 @@ class GenerationalAlgorithm(Algorithm[StateT]):
     def _check_genomes(self, shape: tuple[int, ...]) -> None:
         """Refuse a state of another size, which compiled code would not notice."""
         if shape != (self.population, self.genome_length):
-            raise ValueError(
-                f"state: expected genomes of shape ({self.population}, {self.genome_length}), got {shape}"
-            )
+            raise ValueError(f"state: expected genomes of shape ({self.population}, {self.genome_length}), got {shape}")

@@ -9,6 +9,7 @@ the five probabilities: Katada & Nakazawa, Section IV.
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from typing import Literal
 
@@ -129,12 +130,22 @@ class OGA(GenerationalAlgorithm[OGAState]):
             read_only(array)
         return OGAState(*generation)
 
+    def structures(self, state: OGAState) -> list[str | None]:
+        """Operon of each locus, and the list of values of each locus as text, expressed value first."""
+        return [
+            json.dumps(
+                {
+                    "operons": operons.tolist(),
+                    "values": ["".join(map(str, row[:n])) for row, n in zip(values.tolist(), lengths, strict=True)],
+                }
+            )
+            for values, lengths, operons in zip(state.values, state.lengths.tolist(), state.operons, strict=True)
+        ]
+
     def _check_state(self, state: OGAState) -> None:
         self._check_genomes(state.genomes.shape)
         if state.values.shape[2:] != (self.options.cap,):
-            raise ValueError(
-                f"state: expected {self.options.cap} values per locus, got {state.values.shape[2:]}"
-            )
+            raise ValueError(f"state: expected {self.options.cap} values per locus, got {state.values.shape[2:]}")
 
     def dump(self, state: OGAState) -> bytes:
         """Header, values (packed bits), lengths (uint8), operons (int16), parents (int32)."""
@@ -160,9 +171,7 @@ class OGA(GenerationalAlgorithm[OGAState]):
         parents = checked_parents(reader.array("<i4", (self.population,)))
         reader.finish()
         if lengths.min() < 1 or lengths.max() > cap:
-            raise ValueError(
-                f"state: expected lists of 1 to {cap} values, got {lengths.min()} to {lengths.max()}"
-            )
+            raise ValueError(f"state: expected lists of 1 to {cap} values, got {lengths.min()} to {lengths.max()}")
         if np.any(values[np.arange(cap) >= lengths[:, :, None]]):
             raise ValueError("state: expected 0 behind the end of every value list, got 1")
         for individual, labels in enumerate(operons):

@@ -15,7 +15,9 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import NamedTuple, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
+
+from sceann_hil.plugins import Section
 
 MAX_CAP = 32
 """Longest value list that the options allow."""
@@ -158,17 +160,11 @@ class Rules(NamedTuple):
     divides: int
 
 
-class OGAOptions(BaseModel):
+class OGAOptions(Section):
     """How the operon-GA varies a child. Frozen; probabilities from Katada & Nakazawa, Section IV."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
-
-    connection: float = Field(
-        default=0.3, ge=0, le=1, description="Probability, per draw, of merging two operons."
-    )
-    division: float = Field(
-        default=0.3, ge=0, le=1, description="Probability, per draw, of cutting an operon in two."
-    )
+    connection: float = Field(default=0.3, ge=0, le=1, description="Probability, per draw, of merging two operons.")
+    division: float = Field(default=0.3, ge=0, le=1, description="Probability, per draw, of cutting an operon in two.")
     duplication: float = Field(
         default=0.6,
         ge=0,
@@ -184,9 +180,7 @@ class OGAOptions(BaseModel):
     inversion: float = Field(
         default=0.3, ge=0, le=1, description="Probability, per draw, of inverting all lists of an operon."
     )
-    cap: int = Field(
-        default=6, ge=1, le=MAX_CAP, description="Most values that the list of a locus holds (A5)."
-    )
+    cap: int = Field(default=6, ge=1, le=MAX_CAP, description="Most values that the list of a locus holds (A5).")
     scope: Scope = Field(
         default=Scope.PER_OPERON, strict=False, description="How often the operators act, and on what (A1)."
     )

@@ -32,9 +32,7 @@ def random_operon(operons: Operons, n_operons: int, scope: int, rng: np.random.G
 
 
 @compiled
-def connect(
-    operons: Operons, n_operons: int, scope: int, probability: float, rng: np.random.Generator
-) -> int:
+def connect(operons: Operons, n_operons: int, scope: int, probability: float, rng: np.random.Generator) -> int:
     """Merge pairs of distinct operons in place.
 
     Returns:

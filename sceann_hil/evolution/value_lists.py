@@ -35,9 +35,7 @@ _EXPRESSED_ONLY, _SHARED = BitMutation.EXPRESSED_ONLY.code, BitMutation.SHARED.c
 
 
 @compiled
-def choose_groups(
-    groups: Groups, n_groups: int, scope: int, probability: float, rng: np.random.Generator
-) -> Chosen:
+def choose_groups(groups: Groups, n_groups: int, scope: int, probability: float, rng: np.random.Generator) -> Chosen:
     """Draw the groups that an operator acts on: each on its own, or at most one."""
     chosen = np.zeros(n_groups, dtype=np.bool_)
     if scope in (_PER_INDIVIDUAL, _SIZE_BIASED):
@@ -50,9 +48,7 @@ def choose_groups(
 
 
 @compiled
-def duplicate(
-    values: Bits, lengths: Lengths, groups: Groups, chosen: Chosen, rule: int, full_list: int
-) -> None:
+def duplicate(values: Bits, lengths: Lengths, groups: Groups, chosen: Chosen, rule: int, full_list: int) -> None:
     """Lengthen the chosen lists in place, up to ``values.shape[1]`` values; heads keep their value."""
     cap = values.shape[1]
     if full_list == _SKIP_OPERON:
@@ -84,9 +80,7 @@ def _longer(length: int, rule: int) -> int:
 
 
 @compiled
-def delete(
-    values: Bits, lengths: Lengths, groups: Groups, chosen: Chosen, rule: int, rng: np.random.Generator
-) -> None:
+def delete(values: Bits, lengths: Lengths, groups: Groups, chosen: Chosen, rule: int, rng: np.random.Generator) -> None:
     """Remove one value of each chosen list in place, except from lists of a single value."""
     if rule == _WHOLE_OPERON:
         for locus in range(lengths.size):
@@ -108,9 +102,7 @@ def delete(
 
 
 @compiled
-def invert(
-    values: Bits, lengths: Lengths, groups: Groups, chosen: Chosen, rule: int, rng: np.random.Generator
-) -> None:
+def invert(values: Bits, lengths: Lengths, groups: Groups, chosen: Chosen, rule: int, rng: np.random.Generator) -> None:
     """Invert the chosen lists in place; lengths stay."""
     for locus in range(lengths.size):
         if not chosen[groups[locus]]:

@@ -5,9 +5,9 @@ second writer away.
 """
 
 from sceann_hil.journal.lock import RunLock
-from sceann_hil.journal.reader import AttemptRow, GenerationRow, IndividualRow, JournalReader, RunRow
+from sceann_hil.journal.reader import AttemptRow, GenerationRow, IndividualRow, JournalReader, RunRow, trial_arrays
 from sceann_hil.journal.schema import JOURNAL_NAME, SCHEMA_VERSION
-from sceann_hil.journal.writer import Journal
+from sceann_hil.journal.writer import Journal, Slots
 
 __all__ = [
     "JOURNAL_NAME",
@@ -19,4 +19,6 @@ __all__ = [
     "JournalReader",
     "RunLock",
     "RunRow",
+    "Slots",
+    "trial_arrays",
 ]

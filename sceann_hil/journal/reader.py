@@ -174,6 +174,11 @@ class JournalReader:
         rows = self._db.execute(f"SELECT {_INDIVIDUAL} WHERE generation = ? ORDER BY number", (generation,))
         return [IndividualRow(*row) for row in rows]
 
+    def fitness(self, generation: int) -> NDArray[np.float64]:
+        """Fitness of a finished generation's individuals in order, shape ``(population,)``."""
+        rows = self._db.execute("SELECT fitness FROM individual WHERE generation = ? ORDER BY number", (generation,))
+        return np.array([row[0] for row in rows], np.float64)
+
     def individual(self, identity: int) -> IndividualRow:
         """One individual by its id.
 

@@ -34,9 +34,7 @@ def _run(algorithm: Algorithm[Any], generations: int, seed: int = 1) -> State:
     return state
 
 
-def test_the_first_generation_is_random_and_has_no_parents(
-    algorithm: Algorithm[Any], genome_length: int
-) -> None:
+def test_the_first_generation_is_random_and_has_no_parents(algorithm: Algorithm[Any], genome_length: int) -> None:
     state = _run(algorithm, 0)
     assert state.genomes.shape == (25, genome_length)
     assert state.genomes.dtype == np.uint8
@@ -46,9 +44,7 @@ def test_the_first_generation_is_random_and_has_no_parents(
     assert state.parents.dtype == np.int32
 
 
-def test_generations_keep_their_shape_and_name_their_parents(
-    algorithm: Algorithm[Any], genome_length: int
-) -> None:
+def test_generations_keep_their_shape_and_name_their_parents(algorithm: Algorithm[Any], genome_length: int) -> None:
     state = _run(algorithm, 5)
     assert state.genomes.shape == (25, genome_length)
     assert state.genomes.dtype == np.uint8
@@ -201,9 +197,7 @@ def test_impossible_lists_and_operons_are_refused() -> None:
     ],
 )
 @pytest.mark.parametrize("kind", [SGA, OGA])
-def test_sizes_out_of_range_are_refused(
-    kind: type[SGA | OGA], settings: dict[str, Any], message: str
-) -> None:
+def test_sizes_out_of_range_are_refused(kind: type[SGA | OGA], settings: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         kind(**({"genome_length": 24} | settings))
 
@@ -215,7 +209,7 @@ def test_one_compilation_serves_started_told_and_loaded_states() -> None:
         algorithm = kind().build(24)
         state = _run(algorithm, 2)
         algorithm.tell(algorithm.load(algorithm.dump(state)), np.arange(25), np.random.default_rng(0))
-        assert len(module.next_generation.signatures) == 1  # type: ignore[attr-defined]
+        assert len(module.next_generation.signatures) == 1
 
 
 def test_numba_is_not_imported_before_the_first_tell() -> None:

@@ -19,9 +19,7 @@ def test_gaps_are_geometric(rate: float) -> None:
     expected = 20_000 * rate * (1 - rate) ** np.arange(1000)
     last = int(np.flatnonzero(expected >= 20)[-1])
     counts = np.append(np.bincount(gaps, minlength=last)[:last], np.sum(gaps >= last))
-    assert (
-        stats.chisquare(counts, np.append(expected[:last], 20_000 - expected[:last].sum())).pvalue > LEAST_P
-    )
+    assert stats.chisquare(counts, np.append(expected[:last], 20_000 - expected[:last].sum())).pvalue > LEAST_P
 
 
 def test_rate_zero_never_flips_and_rate_one_flips_every_bit() -> None:
@@ -32,9 +30,7 @@ def test_rate_zero_never_flips_and_rate_one_flips_every_bit() -> None:
 
 def test_the_smallest_rates_do_not_overflow() -> None:
     rng = np.random.default_rng(0)
-    assert all(
-        0 <= bits_until_flip(rate, rng) <= int(NEVER) for rate in (5e-324, 1e-300, 1e-18) for _ in range(100)
-    )
+    assert all(0 <= bits_until_flip(rate, rng) <= int(NEVER) for rate in (5e-324, 1e-300, 1e-18) for _ in range(100))
 
 
 def _flips(genome_length: int, rate: float | None, tells: int, seed: int) -> np.ndarray:

@@ -26,9 +26,7 @@ def global_randomness(source: str) -> list[str]:
                 found.append("random")
             case ast.ImportFrom(module="numpy.random", names=names):
                 found += [a.name for a in names if a.name not in EXPLICIT]
-            case ast.Attribute(
-                value=ast.Attribute(value=ast.Name(id="np" | "numpy"), attr="random"), attr=name
-            ):
+            case ast.Attribute(value=ast.Attribute(value=ast.Name(id="np" | "numpy"), attr="random"), attr=name):
                 if name not in EXPLICIT:
                     found.append(ast.unparse(node))
             case ast.Call(func=function, args=[], keywords=[]):

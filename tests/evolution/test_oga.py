@@ -27,9 +27,7 @@ from sceann_hil.evolution.oga_options import (
 )
 
 LEAST_P = 1e-4
-NOTHING: dict[str, Any] = dict.fromkeys(
-    ("connection", "division", "duplication", "deletion", "inversion"), 0.0
-)
+NOTHING: dict[str, Any] = dict.fromkeys(("connection", "division", "duplication", "deletion", "inversion"), 0.0)
 
 
 def assert_sound(state: OGAState, cap: int) -> None:
@@ -103,9 +101,7 @@ def test_without_its_five_operators_it_breeds_as_the_sga_does() -> None:
     sga_state = State(oga_state.genomes, oga_state.parents)
     counts = np.zeros((2, 4, 8), dtype=int)
     for _ in range(4_000):
-        for which, children in enumerate(
-            (sga.tell(sga_state, fitness, rng), oga.tell(oga_state, fitness, rng))
-        ):
+        for which, children in enumerate((sga.tell(sga_state, fitness, rng), oga.tell(oga_state, fitness, rng))):
             np.add.at(counts[which], (children.parents[1:], children.genomes[1:] @ [4, 2, 1]), 1)
     table = counts.reshape(2, -1)
     assert stats.chi2_contingency(table[:, table.sum(axis=0) > 0]).pvalue > LEAST_P
@@ -142,9 +138,7 @@ def test_the_elite_keeps_its_lists_and_operons() -> None:
         (InitialOperons.PER_PARAMETER, 2, [0, 0, 1, 1, 2, 2]),
     ],
 )
-def test_initial_operons(
-    initial_operons: InitialOperons, parameter_loci: int | None, expected: list[int]
-) -> None:
+def test_initial_operons(initial_operons: InitialOperons, parameter_loci: int | None, expected: list[int]) -> None:
     chosen = OGAOptions(initial_operons=initial_operons, parameter_loci=parameter_loci)
     state = OGA(6, options=chosen).start(np.random.default_rng(0))
     assert (state.operons == expected).all()
@@ -182,6 +176,16 @@ def test_bit_mutation_before_or_after_the_operators() -> None:
     assert (after.values[:, :, 0] != after.values[:, :, 1]).all()
     before = _children(duplication=1.0, bit_mutation=BitMutation.EXPRESSED_ONLY, order=Order.MUTATION_FIRST)
     assert (before.values[:, :, 0] == before.values[:, :, 1]).all()
+
+
+def test_duplication_comes_before_deletion_and_deletion_before_inversion() -> None:
+    assert (_children(duplication=1.0, deletion=1.0).lengths == 1).all()
+    chosen = OGAOptions(**(NOTHING | {"deletion": 1.0, "inversion": 1.0}), initial_list=InitialList.RANDOM_BITS)
+    algorithm = OGA(16, mutation_rate=0.0, elites=0, options=chosen)
+    rng = np.random.default_rng(6)
+    state = algorithm.start(rng)
+    children = algorithm.tell(state, np.zeros(25), rng)
+    assert np.array_equal(children.values[:, :, :5], state.values[children.parents][:, :, :0:-1])
 
 
 def test_an_operator_acts_on_whole_operons_unless_the_scope_is_per_locus() -> None:

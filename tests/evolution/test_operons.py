@@ -33,9 +33,7 @@ def _is_numbered_without_gaps(operons: np.ndarray, n_operons: int) -> bool:
 
 @settings(deadline=None)
 @given(partitions, st.sampled_from(Scope), probabilities, seeds)
-def test_connection_only_merges_operons(
-    before: np.ndarray, scope: Scope, probability: float, seed: int
-) -> None:
+def test_connection_only_merges_operons(before: np.ndarray, scope: Scope, probability: float, seed: int) -> None:
     after = before.copy()
     n = connect(after, int(before.max()) + 1, scope.code, probability, np.random.default_rng(seed))
     assert _is_numbered_without_gaps(after, n)
@@ -80,9 +78,7 @@ def test_certain_connection_draws_once_per_operon_or_once(scope: Scope, operons_
 
 def test_connection_draws_are_counted_before_it_begins() -> None:
     rng = np.random.default_rng(1)
-    merges = [
-        5 - connect(np.arange(5, dtype=np.int16), 5, Scope.PER_OPERON.code, 0.3, rng) for _ in range(10_000)
-    ]
+    merges = [5 - connect(np.arange(5, dtype=np.int16), 5, Scope.PER_OPERON.code, 0.3, rng) for _ in range(10_000)]
     expected = stats.binom.pmf(np.arange(6), 5, 0.3)
     expected[4] += expected[5]
     assert stats.chisquare(np.bincount(merges, minlength=5), expected[:5] * 10_000).pvalue > LEAST_P
@@ -124,9 +120,7 @@ def test_a_random_bipartition_is_uniform_over_all_splits() -> None:
     splits: Counter[tuple[int, ...]] = Counter()
     for _ in range(7_000):
         operons = np.zeros(4, dtype=np.int16)
-        renumber(
-            operons, divide(operons, 1, Scope.PER_INDIVIDUAL.code, Division.RANDOM_BIPARTITION.code, 1.0, rng)
-        )
+        renumber(operons, divide(operons, 1, Scope.PER_INDIVIDUAL.code, Division.RANDOM_BIPARTITION.code, 1.0, rng))
         splits[tuple(operons.tolist())] += 1
     assert len(splits) == 2**3 - 1
     assert stats.chisquare(list(splits.values())).pvalue > LEAST_P

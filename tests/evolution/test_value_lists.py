@@ -96,16 +96,10 @@ def test_duplication_equals_its_definition_and_keeps_every_head(
 
 @settings(deadline=None)
 @given(individuals(), st.sampled_from(Deletion), st.integers(0, 2**32))
-def test_deletion_equals_its_definition_and_leaves_a_value(
-    individual: Individual, rule: Deletion, seed: int
-) -> None:
+def test_deletion_equals_its_definition_and_leaves_a_value(individual: Individual, rule: Deletion, seed: int) -> None:
     values, lengths = individual.arrays()
-    delete(
-        values, lengths, individual.groups, individual.chosen.copy(), rule.code, np.random.default_rng(seed)
-    )
-    blocked = {
-        int(group) for group, bits in zip(individual.groups, individual.lists, strict=True) if len(bits) < 2
-    }
+    delete(values, lengths, individual.groups, individual.chosen.copy(), rule.code, np.random.default_rng(seed))
+    blocked = {int(group) for group, bits in zip(individual.groups, individual.lists, strict=True) if len(bits) < 2}
     for locus, (before, after) in enumerate(zip(individual.lists, _lists(values, lengths), strict=True)):
         group = int(individual.groups[locus])
         spared = rule is Deletion.WHOLE_OPERON and group in blocked
