@@ -71,7 +71,7 @@ def cartpole_trial(run: RecordedRun, scene: CartPoleScenery, trial: RecordedTria
     # a positive angle leans to the right, a positive turn goes to the left
     yield timed("/scene/cart/pole", now, poses(None, -angle))
     yield timed("/signals/cart", now, scalars(np.column_stack([x, speed])))
-    yield timed("/signals/pole", now, scalars(np.rad2deg(np.column_stack([angle, rate / 10], dtype=np.float64))))
+    yield timed("/signals/pole", now, scalars(np.rad2deg(np.column_stack([angle, rate / 10]).astype(np.float64))))
     if full:
         force = (2.0 * trial.trace.x[:, -1] / ONE - 1.0) * scene.largest_force_n
         arrows = np.column_stack([force * (0.6 / scene.largest_force_n), np.zeros(n)])

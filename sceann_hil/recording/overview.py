@@ -68,7 +68,7 @@ def _paths(run: RecordedRun, generation: RecordedGeneration) -> Iterator[Chunk]:
     """Everyone's trials from red (worst) to blue (best), the champion's on top."""
     match run.scenery:
         case ArenaScenery() as scene:
-            name, thin = "/arena", scene.body_radius_m / 18
+            name, thin = "/arena", scene.body_radius_m / 36
         case CartPoleScenery():
             name, thin = "/swings", 0.012
         case None:
@@ -84,7 +84,7 @@ def _paths(run: RecordedRun, generation: RecordedGeneration) -> Iterator[Chunk]:
         yield once(f"{name}/paths", when, rr.LineStrips2D(strips, colors=colours, radii=thin, draw_order=1))
     if best:
         strips, colour = [_path(run, trial) for trial in best], style.colours(style.CHAMPION)
-        yield once(f"{name}/champion", when, rr.LineStrips2D(strips, colors=colour, radii=2.2 * thin, draw_order=3))
+        yield once(f"{name}/champion", when, rr.LineStrips2D(strips, colors=colour, radii=2.5 * thin, draw_order=3))
 
 
 def _path(run: RecordedRun, trial: RecordedTrial) -> np.ndarray[tuple[int, ...], np.dtype[np.float32]]:

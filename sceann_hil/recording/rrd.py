@@ -7,7 +7,6 @@ import errno
 import os
 import shutil
 import subprocess
-import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
@@ -31,9 +30,7 @@ def quiet_environment() -> dict[str, str]:
 def replacing(path: Path) -> Iterator[Path]:
     """A temporary name beside `path` that becomes `path` at the end of the block, or nothing at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
-    os.close(handle)
-    part = Path(name)
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         yield part
         part.replace(path)
@@ -48,8 +45,9 @@ def write_recording(path: Path, chunks: Iterable[Chunk], *, application_id: str,
         DiskFull: no space left.
         OSError: `path` cannot be written.
     """
+    whole = list(chunks)  # made here: an error inside rerun's pipeline loses its type
     try:
-        LazyChunkStream.from_iter(chunks).write_rrd(path, application_id=application_id, recording_id=recording_id)
+        LazyChunkStream.from_iter(whole).write_rrd(path, application_id=application_id, recording_id=recording_id)
     except (OSError, ValueError, RuntimeError) as error:
         raise _disk_full(path) or error from error
 
