@@ -34,7 +34,6 @@ def main() -> int:
     def tell(status: RecorderStatus) -> None:
         nonlocal told
         told = status
-        status.write(status_path)
 
     ended = threading.Event()
     threading.Thread(target=_wait_for_end, args=(ended,), daemon=True).start()

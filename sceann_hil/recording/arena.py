@@ -27,7 +27,9 @@ def arena_scenery(scene: ArenaScenery) -> Iterator[Chunk]:
     yield from arena_ground(scene)
     r = scene.body_radius_m
     yield static("/arena/trail", rr.Points2D.from_fields(colors=style.colours(style.TRAIL), radii=r / 7, draw_order=12))
-    yield static("/arena/path", rr.LineStrips2D.from_fields(colors=style.colours(style.PATH), radii=r / 10, draw_order=1))
+    yield static(
+        "/arena/path", rr.LineStrips2D.from_fields(colors=style.colours(style.PATH), radii=r / 10, draw_order=1)
+    )
     yield static("/arena/robot/body", rr.Points2D([[0, 0]], radii=r, colors=style.colours(style.BODY), draw_order=20))
     yield static(
         "/arena/robot/nose",
@@ -39,6 +41,9 @@ def arena_scenery(scene: ArenaScenery) -> Iterator[Chunk]:
         "/arena/robot/wheels",
         rr.LineStrips2D(wheels, radii=0.17 * r, colors=style.colours(style.WHEEL), draw_order=21),
     )
+    states = [BLIND, IN_SIGHT, AT_TARGET]
+    colours = style.colours(style.BLIND, style.PATH, style.TARGET)
+    yield static("/phase", rr.StateConfiguration(values=states, labels=states, colors=colours))
     yield from _solid(scene)
 
 
@@ -86,7 +91,7 @@ def _solid(scene: ArenaScenery) -> Iterator[Chunk]:
                 [width + wall / 2, height / 2, tall / 2],
             ],
             half_sizes=[[width / 2 + wall, wall / 2, tall / 2]] * 2 + [[wall / 2, height / 2, tall / 2]] * 2,
-            colors=style.colours(0x8B95A5FF),
+            colors=style.colours(style.SOLID_WALL),
             fill_mode="solid",
         ),
     )
@@ -95,7 +100,7 @@ def _solid(scene: ArenaScenery) -> Iterator[Chunk]:
         rr.Boxes3D(
             centers=[[width / 2, height / 2, -0.003]],
             half_sizes=[[width / 2, height / 2, 0.002]],
-            colors=style.colours(0x23272EFF),
+            colors=style.colours(style.FLOOR),
             fill_mode="solid",
         ),
     )
@@ -145,7 +150,7 @@ def arena_trial(run: RecordedRun, scene: ArenaScenery, trial: RecordedTrial, *, 
 
 def phases(trial: RecordedTrial) -> tuple[NDArray[np.int64], list[str]]:
     """The steps at which the robot found or lost sight of the target, or reached it, and what it did from then on."""
-    sees = trial.trace.sensors.any(axis=1)
+    sees = np.asarray(trial.trace.sensors.any(axis=1))
     steps = np.flatnonzero(np.diff(sees, prepend=~sees[:1]))
     names = [IN_SIGHT if sees[k] else BLIND for k in steps]
     if trial.end_reason is EndReason.GOAL:

@@ -23,34 +23,31 @@ _PLAIN = [
 ]
 """Colours of cones and nodes where a trial has none: their place is in the scenery, their activity in the trial."""
 
+_UNIT = (-0.05, 1.05)
+
 
 def trial_blueprint(run: RecordedRun) -> rrb.Blueprint:
     """The screen of one trial: what it did, what it sensed and said, and who it was."""
+    neurons = [_curves("Hidden neurons", "/signals/hidden", _UNIT)] if run.size.n_hidden else []
+    sensors = _curves("Sensors", "/signals/sensors", _UNIT, legend=run.size.n_sensors <= 5)
+    signals = [sensors, *neurons, _curves("Motor outputs", "/signals/motors", _UNIT)]
+    about = rrb.TextDocumentView(origin="/info", name="Trial")
+    right = rrb.Vertical(_network_view("Controller and its activity"), about, row_shares=[3, 1.5])
     match run.scenery:
         case ArenaScenery() as scene:
-            picture: rrb.Container | rrb.View = rrb.Vertical(
+            picture = rrb.Vertical(
                 rrb.Tabs(_arena_view(scene, _FLAT), _solid_view(scene)),
                 rrb.StateTimelineView(origin="/", contents=["/phase"], name="Phase"),
                 row_shares=[7, 1.1],
             )
-            body = [_curves("Distance to the target", "/signals/distance", legend=False)]
+            signals.append(_curves("Distance to the target", "/signals/distance", legend=False))
         case CartPoleScenery() as scene:
-            picture = _cartpole_view(scene)
             body = [_curves("Pole", "/signals/pole"), _curves("Cart", "/signals/cart")]
+            picture = rrb.Vertical(_cartpole_view(scene), *body, row_shares=[2, 1, 1])
         case None:
-            picture, body = _network_view("Controller"), []
-    neurons = [_curves("Hidden neurons", "/signals/hidden", (-0.05, 1.05))] if run.size.n_hidden else []
-    signals = rrb.Vertical(
-        _curves("Sensors", "/signals/sensors", (-0.05, 1.05), legend=run.size.n_sensors <= 5),
-        *neurons,
-        _curves("Motor outputs", "/signals/motors", (-0.05, 1.05)),
-        *body,
-    )
-    about = rrb.TextDocumentView(origin="/info", name="Trial")
-    right = (
-        rrb.Vertical(_network_view("Controller and its activity"), about, row_shares=[3, 1.5]) if run.scenery else about
-    )
-    return _screen(rrb.Horizontal(picture, signals, right, column_shares=[4, 3, 3.4]), TRIAL_TIME, playing=1.0)
+            return _screen(rrb.Horizontal(rrb.Vertical(*signals), right, column_shares=[4, 3]), TRIAL_TIME, playing=1.0)
+    root = rrb.Horizontal(picture, rrb.Vertical(*signals), right, column_shares=[4, 3, 3.4])
+    return _screen(root, TRIAL_TIME, playing=1.0)
 
 
 def table_blueprint(run: RecordedRun) -> rrt.TableBlueprint:
@@ -89,15 +86,18 @@ def run_blueprint(run: RecordedRun) -> rrb.Blueprint:
     match run.scenery:
         case ArenaScenery() as scene:
             everyone = _arena_view(scene, ["/arena/**"], "All trials of this generation (best individual bright)")
-            columns, shares = [left, everyone, right], [3, 4, 3]
+            root = rrb.Horizontal(left, everyone, right, column_shares=[3, 4, 3])
         case CartPoleScenery():
             angles = rrb.Spatial2DView(
-                origin="/", contents="/swings/**", name="Pole angle over time, all trials (best bright)", background=_DARK
+                origin="/",
+                contents="/swings/**",
+                name="Pole angle over time, all trials (best bright)",
+                background=_DARK,
             )
-            columns, shares = [left, angles, right], [3, 4, 3]
+            root = rrb.Horizontal(left, angles, right, column_shares=[3, 4, 3])
         case None:
-            columns, shares = [left, right], [3, 3]
-    return _screen(rrb.Horizontal(*columns, column_shares=shares), GENERATION)
+            root = rrb.Horizontal(left, right)
+    return _screen(root, GENERATION)
 
 
 def _screen(root: rrb.Container, timeline: str, *, playing: float | None = None) -> rrb.Blueprint:
@@ -172,7 +172,7 @@ def _cartpole_view(scene: CartPoleScenery) -> rrb.Spatial2DView:
         contents="/scene/**",
         name="Cart and pole",
         background=_DARK,
-        visual_bounds=rrb.VisualBounds2D(x_range=[-half, half], y_range=[-1.6 * scene.pole_m, 0.6 * scene.pole_m]),
+        visual_bounds=rrb.VisualBounds2D(x_range=[-half, half], y_range=[-1.35 * scene.pole_m, 0.35 * scene.pole_m]),
     )
 
 
@@ -194,4 +194,4 @@ def _miniature(run: RecordedRun) -> rrb.View:
         case CartPoleScenery() as scene:
             return _cartpole_view(scene)
         case None:
-            return _curves("Motor outputs", "/signals/motors", (-0.05, 1.05), legend=False)
+            return _curves("Motor outputs", "/signals/motors", _UNIT, legend=False)

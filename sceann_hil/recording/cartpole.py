@@ -30,13 +30,15 @@ def cartpole_scenery(scene: CartPoleScenery) -> Iterator[Chunk]:
     yield static(
         "/scene/track/marks",
         rr.LineStrips2D(
-            [[[x, _RAIL_Y], [x, _RAIL_Y - 0.05]] for x in marks], colors=style.colours(style.MARK), radii=0.005
+            [np.array([[x, _RAIL_Y], [x, _RAIL_Y - 0.05]]) for x in marks],
+            colors=style.colours(style.MARK),
+            radii=0.005,
         ),
     )
     tilt = scene.largest_angle_rad * np.array([-1.0, 1.0])
-    limits = [[[0, 0], [1.15 * length * np.sin(a), 1.15 * length * np.cos(a)]] for a in tilt]
+    limits = [1.15 * length * np.array([[0.0, 0.0], [np.sin(a), np.cos(a)]]) for a in tilt]
     yield static(
-        "/scene/cart/limits", rr.LineStrips2D(limits, colors=style.colours(0x5A3A3AFF), radii=0.006, draw_order=1)
+        "/scene/cart/limits", rr.LineStrips2D(limits, colors=style.colours(style.LIMIT), radii=0.006, draw_order=1)
     )
     yield static(
         "/scene/cart/body",
@@ -48,12 +50,12 @@ def cartpole_scenery(scene: CartPoleScenery) -> Iterator[Chunk]:
     )
     yield static(
         "/scene/cart/pole/rod",
-        rr.LineStrips2D([[[0, 0], [0, length]]], colors=style.colours(style.BODY), radii=0.022, draw_order=5),
+        rr.LineStrips2D([np.array([[0, 0], [0, length]])], colors=style.colours(style.BODY), radii=0.022, draw_order=5),
     )
     yield static(
         "/scene/cart/pole/ends",
         rr.Points2D(
-            [[0, length], [0, 0]],
+            np.array([[0, length], [0, 0]]),
             radii=[0.045, 0.03],
             colors=style.colours(style.FORCE, style.WALL),
             draw_order=6,

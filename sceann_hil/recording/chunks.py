@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 import rerun as rr
+from numpy.typing import NDArray
 from rerun.chunk import Chunk
 
 from sceann_hil.controller import ONE, sensors_to_q10
@@ -26,7 +28,7 @@ def trial_chunks(run: RecordedRun, trial: RecordedTrial, *, full: bool) -> Itera
         trial: with its trace.
         full: also what costs most: sensor cones, trail, and the network's activity.
     """
-    yield Chunk.from_property(PROPERTY, rr.AnyValues(**properties(run, trial)))
+    yield Chunk.from_property(PROPERTY, rr.AnyValues(drop_untyped_nones=True, **properties(run, trial)))
     yield static("/info", rr.TextDocument(_description(run, trial), media_type="text/markdown"))
     match run.scenery:
         case ArenaScenery() as scene:
@@ -34,14 +36,14 @@ def trial_chunks(run: RecordedRun, trial: RecordedTrial, *, full: bool) -> Itera
         case CartPoleScenery() as scene:
             yield from cartpole.cartpole_trial(run, scene, trial, full=full)
     yield from _signals(run, trial)
-    yield static("/network/connections", rr.LineStrips2D.from_fields(radii=network.connections(trial.weights, run.size)))
+    yield static("/network/connections", network.connections(trial.weights, run.size))
     if full:
         yield timed("/network/nodes", step_times(trial.steps, run.tick_s), network.activity(run, trial))
 
 
-def properties(run: RecordedRun, trial: RecordedTrial) -> dict[str, str | int | float | bool]:
+def properties(run: RecordedRun, trial: RecordedTrial) -> dict[str, Any]:
     """What a trial can be sorted and filtered by; a void attempt has no fitness."""
-    values: dict[str, str | int | float | bool] = {
+    values: dict[str, Any] = {
         "title": trial.title,
         "run": run.name,
         "number": trial.id,
@@ -61,30 +63,20 @@ def properties(run: RecordedRun, trial: RecordedTrial) -> dict[str, str | int | 
 
 def scenery_chunks(run: RecordedRun) -> Iterator[Chunk]:
     """What all trials share: surroundings, shapes, names and colours of curves."""
-    distance = style.colours(style.BEST)
-    match run.scenery:
-        case ArenaScenery() as scene:
-            yield from arena.arena_scenery(scene)
-            yield static("/signals/distance", rr.SeriesLines(colors=distance, names=[arena.DISTANCE_NAME], widths=1.5))
-            states = [arena.BLIND, arena.IN_SIGHT, arena.AT_TARGET]
-            yield static(
-                "/phase",
-                rr.StateConfiguration(
-                    values=states, labels=states, colors=style.colours(0x4A4F58FF, 0x41638CFF, style.TARGET)
-                ),
-            )
-        case CartPoleScenery() as scene:
-            yield from cartpole.cartpole_scenery(scene)
-            for name, names, colours in (
-                ("cart", cartpole.CART_NAMES, style.colours(style.TRAIL, style.PATH)),
-                ("pole", cartpole.POLE_NAMES, style.colours(style.BODY, 0x8A6A3CFF)),
-            ):
-                yield static(f"/signals/{name}", rr.SeriesLines(colors=colours, names=list(names), widths=1.5))
-    for name, names, colours in (
+    curves: list[tuple[str, tuple[str, ...], NDArray[np.uint32]]] = [
         ("sensors", run.sensor_names, style.signal_colours(run.size.n_sensors)),
         ("hidden", run.hidden_names, style.signal_colours(run.size.n_hidden + 3)[3:]),
         ("motors", run.motor_names, style.motor_colours(run.size.n_motors)),
-    ):
+    ]
+    match run.scenery:
+        case ArenaScenery() as scene:
+            yield from arena.arena_scenery(scene)
+            curves.append(("distance", (arena.DISTANCE_NAME,), style.colours(style.BEST)))
+        case CartPoleScenery() as scene:
+            yield from cartpole.cartpole_scenery(scene)
+            curves.append(("cart", cartpole.CART_NAMES, style.colours(style.TRAIL, style.PATH)))
+            curves.append(("pole", cartpole.POLE_NAMES, style.colours(style.BODY, style.BODY_DARK)))
+    for name, names, colours in curves:
         if names:
             yield static(f"/signals/{name}", rr.SeriesLines(colors=colours, names=list(names), widths=1.5))
     yield from network.network_scenery(run)
@@ -119,7 +111,7 @@ def _description(run: RecordedRun, trial: RecordedTrial) -> str:
     return two_columns(f"Trial {trial.id}", left, right)
 
 
-def two_columns(title: str, left: dict[str, object], right: dict[str, object]) -> str:
+def two_columns(title: str, left: Mapping[str, object], right: Mapping[str, object]) -> str:
     """A Markdown table with two key-value pairs per line; `left` has at least as many as `right`."""
     pairs = [f"{key} | **{value}**" for key, value in left.items()]
     others = [f"{key} | **{value}**" for key, value in right.items()]

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from functools import lru_cache
 
 import numpy as np
-import pyarrow as pa
+import pyarrow as pa  # type: ignore[import-untyped]
 import rerun as rr
 from numpy.typing import NDArray
 from rerun.chunk import Chunk

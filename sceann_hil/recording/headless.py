@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import socket
 import subprocess
 import tempfile
@@ -13,7 +12,13 @@ from pathlib import Path
 
 from rerun.experimental import ViewerClient
 
+from sceann_hil.errors import ViewerUnavailable
 from sceann_hil.recording.rrd import VIEWER, quiet_environment
+
+NO_DISPLAY = "Use --web for a browser, or run the command on a machine with a screen."
+
+LOCAL = ("--bind", "127.0.0.1")
+"""Nobody but this machine may talk to the viewer."""
 
 _START_TIMEOUT_S = 90.0
 
@@ -35,7 +40,17 @@ def headless_viewer(*sources: str | Path, window: tuple[int, int] = (1600, 900))
         size = f"{window[0]}x{window[1]}"
         with log.open("wb") as output:
             process = subprocess.Popen(
-                [VIEWER, "--headless", "--hide-welcome-screen", "--port", str(port), "--window-size", size, *sources],
+                [
+                    VIEWER,
+                    "--headless",
+                    "--hide-welcome-screen",
+                    *LOCAL,
+                    "--port",
+                    str(port),
+                    "--window-size",
+                    size,
+                    *sources,
+                ],
                 env={**quiet_environment(), "XDG_RUNTIME_DIR": private},
                 stdin=subprocess.DEVNULL,
                 stdout=output,
@@ -57,6 +72,22 @@ def complaints(client: ViewerClient) -> dict[str, list[str]]:
     return {view.name: [report.summary for report in view.reports] for view in client.get_state().views if view.reports}
 
 
+def explain_failure(said: str) -> ViewerUnavailable:
+    """What a user should know about a viewer that did not start, from what it said."""
+    if "DISPLAY" in said:
+        return ViewerUnavailable("The viewer has no display to open its window on.", NO_DISPLAY)
+    if "graphics adapter" in said or "render context" in said:
+        return ViewerUnavailable(
+            "The viewer found no graphics driver (Vulkan).",
+            "Install one; on Debian and Ubuntu the package mesa-vulkan-drivers draws without a graphics card.",
+        )
+    lines = [line.strip() for line in said.splitlines() if line.strip()]
+    return ViewerUnavailable(
+        f"The viewer did not start: {lines[0][:300] if lines else 'it said nothing'}",
+        f"Try `{VIEWER} --version`; if that fails too, install rerun-sdk again.",
+    )
+
+
 def _connected(process: subprocess.Popen[bytes], port: int, log: Path) -> ViewerClient:
     deadline = time.monotonic() + _START_TIMEOUT_S
     while True:
@@ -66,7 +97,7 @@ def _connected(process: subprocess.Popen[bytes], port: int, log: Path) -> Viewer
             return client
         except Exception:
             if process.poll() is not None or time.monotonic() > deadline:
-                raise RuntimeError(log.read_text()) from None
+                raise explain_failure(log.read_text(errors="replace")) from None
             time.sleep(0.2)
 
 

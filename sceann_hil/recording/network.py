@@ -71,15 +71,22 @@ def network_scenery(run: RecordedRun) -> Iterator[Chunk]:
     yield static("/network/nodes", rr.Points2D.from_fields(positions=positions, radii=_NODE_RADIUS, draw_order=10))
     yield static(
         "/network/connections",
-        rr.LineStrips2D.from_fields(strips=_lines(size).strips, colors=_colours(size), draw_order=1),
+        rr.LineStrips2D.from_fields(strips=_lines(size).strips, draw_order=1),
     )
 
 
-def connections(weights: Weights, size: NetworkSize) -> NDArray[np.float32]:
-    """Radii of the lines in `network_scenery` that show this network; a line that is not there has none."""
+def connections(weights: Weights, size: NetworkSize) -> rr.LineStrips2D:
+    """Which of the lines in `network_scenery` show this network.
+
+    A line that is not there has no radius; where a viewer's graphics draw it as a hair all the same, it has the colour
+    of the background.
+    """
     lines = _lines(size)
     seen = weights.reshape(-1)[lines.connection] == lines.sign
-    return np.where(seen, np.float32(_LINE_RADIUS), np.float32(0.0))
+    excitatory, inhibitory, nothing = style.colours(style.EXCITATORY, style.INHIBITORY, style.NOTHING)
+    colours = np.where(seen, np.where(lines.sign > 0, excitatory, inhibitory), nothing)
+    radii = np.where(seen, np.float32(_LINE_RADIUS), np.float32(np.nan))
+    return rr.LineStrips2D.from_fields(colors=colours, radii=radii)
 
 
 def activity(run: RecordedRun, trial: RecordedTrial) -> rr.ComponentColumnList:
@@ -110,11 +117,6 @@ def _lines(size: NetworkSize) -> _Lines:
             connection += [number] * len(parts)
             sign += [value] * len(parts)
     return _Lines(strips, np.array(connection), np.array(sign, np.int8))
-
-
-def _colours(size: NetworkSize) -> NDArray[np.uint32]:
-    excitatory, inhibitory = style.colours(style.EXCITATORY, style.INHIBITORY)
-    return np.where(_lines(size).sign > 0, excitatory, inhibitory)
 
 
 def _curves(size: NetworkSize) -> list[list[tuple[Points, Points]]]:

@@ -18,7 +18,7 @@ from sceann_hil.scenery import ArenaScenery, CartPoleScenery
 
 _STRIDE = 3
 """Every how manieth point of a path is drawn."""
-_SWING_WIDTH, _SWING_HEIGHT = 10.0, 5.0
+_SWING_WIDTH, _SWING_HEIGHT = 10.0, 10.0
 """Size of the picture of all pole angles, in the units of its view."""
 
 
@@ -52,16 +52,17 @@ def overview_generation(run: RecordedRun, generation: RecordedGeneration) -> Ite
     yield once("/fitness/curve", when, rr.Scalars([fitness.max(), fitness.mean()]))
     yield once("/fitness/everyone", when, rr.Scalars(fitness))
     yield once("/success", when, rr.Scalars([row.success_rate or 0.0]))
-    text = f"generation {row.number}: best {fitness.max():.4g} (individual {generation.champion}), mean {fitness.mean():.4g}"
+    best, mean = f"{fitness.max():.4g} (individual {generation.champion})", f"{fitness.mean():.4g}"
+    text = f"generation {row.number}: best {best}, mean {mean}"
     yield once("/log", when, rr.TextLog(text, level="INFO"))
     for number, (kind, message) in enumerate(generation.notes):
         yield once(f"/log/note{number}", when, rr.TextLog(f"{kind}: {message}", level="WARN"))
     yield from _paths(run, generation)
-    radii = network.connections(generation.weights[generation.champion], run.size)
-    yield once("/network/connections", when, rr.LineStrips2D.from_fields(radii=radii))
+    weights = generation.weights[generation.champion]
+    yield once("/network/connections", when, network.connections(weights, run.size))
     picture = style.weight_image(generation.weights.reshape(len(fitness), -1)[order])
     yield once("/population/weights", when, rr.Image(picture))
-    yield once("/population/fitness", when, rr.BarChart(fitness[order], color=style.colours(style.TRAIL)))
+    yield once("/population/fitness", when, rr.BarChart(fitness[order], color=style.TRAIL))
 
 
 def _paths(run: RecordedRun, generation: RecordedGeneration) -> Iterator[Chunk]:

@@ -12,15 +12,15 @@ from collections.abc import Callable, Collection
 from pathlib import Path
 
 from sceann_hil.errors import RecordingIsDamaged
+from sceann_hil.journal import RunLock
 from sceann_hil.recording import blueprints, chunks, overview, rrd
 from sceann_hil.recording.paths import RecordingPaths
 from sceann_hil.recording.process import Detail, RecorderStatus, State
 from sceann_hil.recording.source import RecordedGeneration, RunSource
 from sceann_hil.recording.trial import RecordedTrial, recording_id
-from sceann_hil.journal import RunLock
 
 _LOOK_AGAIN_S = 0.2
-_REMEDY = "`sceann record DIR` makes it again from the journal."
+REMEDY = "`sceann record DIR` makes it again from the journal."
 
 
 def _nobody(status: RecorderStatus) -> None:
@@ -34,6 +34,7 @@ class Recorder:
         run_dir: the run.
         detail: which trials.
         report: told how far it is.
+        replace_damaged: make a damaged file again; otherwise refuse it.
 
     Raises:
         NotARun, RunIsNewer, RunIsDamaged: see `RunSource`.
@@ -41,12 +42,19 @@ class Recorder:
     """
 
     def __init__(
-        self, run_dir: Path, detail: Detail, report: Callable[[RecorderStatus], None] = _nobody
+        self,
+        run_dir: Path,
+        detail: Detail,
+        report: Callable[[RecorderStatus], None] = _nobody,
+        *,
+        replace_damaged: bool = True,
     ) -> None:
         self._paths = RecordingPaths(run_dir)
         self._detail = detail
         self._report = report
+        self._replace_damaged = replace_damaged
         self._trials = 0
+        self._partly = False
         self._done: set[int] = set()
         self._source = RunSource(run_dir)
         self._run = self._source.run
@@ -70,27 +78,32 @@ class Recorder:
             only: nothing but these generations, and no overview.
 
         Raises:
+            RecordingIsDamaged: a file is damaged and is not to be replaced.
             ReplayDiffers: running a trial again did not give the journalled bits.
             DiskFull, OSError: files cannot be written.
         """
+        self._partly = only is not None
         self._prepare()
         while True:
             expecting = more()  # asked first: a generation that is finished after this is seen in the next round
-            wanted = self._source.finished()
-            todo = [g for g in wanted if g not in self._done and (only is None or g in only)]
+            todo = [g for g in self._source.finished() if g not in self._done and (only is None or g in only)]
             for number in todo:
                 self._record_generation(number)
-                self._tell(State.RECORDING, len(wanted))
-            if todo and only is None:
+                self._tell(State.RECORDING)
+            if only is None and (todo or not self._paths.run.exists()) and self._done:
                 self._join_overview()
             if not expecting and not todo:
                 break
             if not todo:
                 time.sleep(_LOOK_AGAIN_S)
-        self._tell(State.FINISHED, len(self._source.finished()))
+        self._tell(State.FINISHED)
 
-    def _tell(self, state: State, known: int) -> None:
-        self._report(RecorderStatus(state, self._detail, len(self._done), known, self._trials))
+    def _tell(self, state: State) -> None:
+        known = len(self._source.finished())
+        status = RecorderStatus(state, self._detail, len(self._done), known, self._trials)
+        if not self._partly:
+            status.write(self._paths.status)
+        self._report(status)
 
     def _prepare(self) -> None:
         """Screens and scenery, and nothing left of a recorder that was killed."""
@@ -98,9 +111,7 @@ class Recorder:
         for leftover in (*paths.folder.rglob(".*.part"), *paths.folder.glob(".parts-*")):
             shutil.rmtree(leftover) if leftover.is_dir() else leftover.unlink()
         with rrd.replacing(paths.scenery) as part:
-            rrd.write_recording(
-                part, chunks.scenery_chunks(run), application_id=run.experiment, recording_id="scenery"
-            )
+            rrd.write_recording(part, chunks.scenery_chunks(run), application_id=run.experiment, recording_id="scenery")
         with rrd.replacing(paths.overview_start) as part:
             start = overview.overview_start(run, self._source.config, self._source.seed)
             rrd.write_recording(part, start, application_id=self._overview_application, recording_id=run.name)
@@ -133,8 +144,10 @@ class Recorder:
         if not path.exists():
             return False
         try:
-            found = rrd.check(path, _REMEDY)
+            found = rrd.check(path, REMEDY)
         except RecordingIsDamaged:
+            if not self._replace_damaged:
+                raise
             return False
         return found >= (expected if self._detail is Detail.ALL else 1)
 
@@ -153,9 +166,7 @@ class Recorder:
             path,
             chunks.trial_chunks(self._run, trial, full=trial.champion),
             application_id=self._run.experiment,
-            recording_id=recording_id(
-                self._run.name, trial.generation, trial.individual, trial.trial, trial.attempt
-            ),
+            recording_id=recording_id(self._run.name, trial.generation, trial.individual, trial.trial, trial.attempt),
         )
         return path
 

@@ -7,10 +7,12 @@ import errno
 import os
 import shutil
 import subprocess
+import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-import rerun_cli
+import rerun as rr
+import rerun_cli  # type: ignore[import-untyped]
 from rerun.chunk import Chunk, LazyChunkStream, RrdReader
 
 from sceann_hil.errors import DiskFull, RecordingIsDamaged
@@ -102,7 +104,7 @@ def _disk_full(path: Path) -> DiskFull | None:
 
 
 def check(path: Path, remedy: str) -> int:
-    """Refuse a file that a viewer could not show.
+    """Refuse a file that a viewer could not show. Reads its index only, so it is quick.
 
     Args:
         path: a file that exists.
@@ -112,24 +114,26 @@ def check(path: Path, remedy: str) -> int:
         The number of recordings in it.
 
     Raises:
-        RecordingIsDamaged: it is empty, cut off, of another kind, or its index cannot be read.
+        RecordingIsDamaged: it is empty, cut off, of another kind, or its index is wrong.
     """
     size = path.stat().st_size
     with path.open("rb") as file:
         start = file.read(len(_MAGIC))
+    if not size:
+        raise RecordingIsDamaged(f"{path} is empty.", remedy)
     if start != _MAGIC:
-        what = "is empty" if not size else "is not a recording (or its beginning is overwritten)"
-        raise RecordingIsDamaged(f"{path} {what}: {size} bytes.", remedy)
+        raise RecordingIsDamaged(f"{path} is not a recording: it begins with {start!r} instead of {_MAGIC!r}.", remedy)
     try:
-        reader = RrdReader(path)
-        recordings = reader.recordings()
-        for recording in recordings:
-            reader.store(store=recording)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", rr.error_utils.RerunWarning)
+            reader = RrdReader(path)
+            recordings = reader.recordings()
+            if recordings:
+                reader.store(store=recordings[0])
     except (OSError, ValueError, RuntimeError) as error:
-        reason = str(error).strip().splitlines()[0][:160]
-        raise RecordingIsDamaged(
-            f"{path} is cut off or damaged: its index is missing or unreadable after {size} bytes ({reason}).", remedy
-        ) from None
+        wrong_sum = "CRC" in str(error)
+        what = "is damaged: the checksum of its index is wrong" if wrong_sum else "is cut off: it ends without an index"
+        raise RecordingIsDamaged(f"{path} {what} ({size} bytes).", remedy) from None
     if not recordings:
-        raise RecordingIsDamaged(f"{path} holds no recording.", remedy)
+        raise RecordingIsDamaged(f"{path} is cut off: it ends before its first recording ({size} bytes).", remedy)
     return len(recordings)

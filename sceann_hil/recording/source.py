@@ -140,7 +140,11 @@ class RunSource:
             if results.traces is None:
                 raise ReplayDiffers(f"robot {self.run.robot} gave no traces.", "Tell the authors of its package.")
             ends = zip(
-                results.end_reasons.tolist(), results.steps.tolist(), results.hashes.tolist(), results.traces, strict=True
+                results.end_reasons.tolist(),
+                results.steps.tolist(),
+                results.hashes.tolist(),
+                results.traces,
+                strict=True,
             )
             for row, (reason, steps, crc, trace) in zip(attempts[part], ends, strict=True):
                 _must_agree(row, (EndReason(reason), steps, crc))

@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 BACKGROUND = (18, 20, 24)
+NOTHING = 0x121418FF
+"""The background's colour."""
 
 WALL = 0xB8C0CCFF
 MARK = 0x8A93A0FF
@@ -14,8 +16,13 @@ TARGET_FILL = 0x1F6B35FF
 PATH = 0x41638CFF
 TRAIL = 0x5BC0EBFF
 BODY = 0xF2A65AFF
+BODY_DARK = 0x8A6A3CFF
 NOSE = 0x1B1B1BFF
 WHEEL = 0x3A4048FF
+BLIND = 0x4A4F58FF
+SOLID_WALL = 0x8B95A5FF
+FLOOR = 0x23272EFF
+LIMIT = 0x5A3A3AFF
 CHAMPION = 0xFFF3B0FF
 LABEL = 0xC9D1D9FF
 FORCE = 0xE4572EFF
@@ -87,4 +94,4 @@ def rank_colours(count: int) -> NDArray[np.uint32]:
 def weight_image(weights: NDArray[np.integer]) -> NDArray[np.uint8]:
     """Blue for +1, red for -1, dark for 0; RGB, shape ``(*weights.shape, 3)``."""
     table = np.array([[238, 99, 82], [30, 33, 38], [89, 171, 227]], np.uint8)
-    return table[np.asarray(weights) + 1]
+    return np.asarray(table[np.asarray(weights) + 1])
