@@ -8,7 +8,9 @@ from __future__ import annotations
 import shutil
 import tempfile
 import time
+from collections import deque
 from collections.abc import Callable, Collection
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
 from sceann_hil.errors import RecordingIsDamaged
@@ -20,6 +22,7 @@ from sceann_hil.recording.source import RecordedGeneration, RunSource
 from sceann_hil.recording.trial import RecordedTrial, recording_id
 
 _LOOK_AGAIN_S = 0.2
+_WRITERS = 2
 REMEDY = "`sceann record DIR` makes it again from the journal."
 
 
@@ -87,9 +90,7 @@ class Recorder:
         while True:
             expecting = more()  # asked first: a generation that is finished after this is seen in the next round
             todo = [g for g in self._source.finished() if g not in self._done and (only is None or g in only)]
-            for number in todo:
-                self._record_generation(number)
-                self._tell(State.RECORDING)
+            self._record_generations(todo)
             if only is None and (todo or not self._paths.run.exists()) and self._done:
                 self._join_overview()
             if not expecting and not todo:
@@ -126,19 +127,41 @@ class Recorder:
     def _overview_application(self) -> str:
         return f"{self._run.experiment}-run"
 
-    def _record_generation(self, number: int) -> None:
-        trials, part = self._paths.generation(number), self._paths.overview(number)
-        if not (self._is_whole(trials, self._source.expected_trials(number)) and self._is_whole(part, 1)):
-            generation = self._source.generation(number)
-            self._write_trials(generation)
-            with rrd.replacing(part) as temporary:
-                rrd.write_recording(
-                    temporary,
-                    overview.overview_generation(self._run, generation),
-                    application_id=self._overview_application,
-                    recording_id=self._run.name,
-                )
+    def _record_generations(self, numbers: list[int]) -> None:
+        # rerun works outside Python's lock, so a second thread writes one generation while the next is drawn
+        with ThreadPoolExecutor(_WRITERS) as writers:
+            writing: deque[tuple[int, Future[int]]] = deque()
+            for number in numbers:
+                if self._is_recorded(number):
+                    self._done.add(number)
+                    self._tell(State.RECORDING)
+                    continue
+                writing.append((number, writers.submit(self._write, self._source.generation(number))))
+                if len(writing) > _WRITERS:
+                    self._finish(*writing.popleft())
+            for number, written in writing:
+                self._finish(number, written)
+
+    def _finish(self, number: int, written: Future[int]) -> None:
+        self._trials += written.result()
         self._done.add(number)
+        self._tell(State.RECORDING)
+
+    def _is_recorded(self, number: int) -> bool:
+        return self._is_whole(self._paths.generation(number), self._source.expected_trials(number)) and self._is_whole(
+            self._paths.overview(number), 1
+        )
+
+    def _write(self, generation: RecordedGeneration) -> int:
+        trials = self._write_trials(generation)
+        with rrd.replacing(self._paths.overview(generation.row.number)) as part:
+            rrd.write_recording(
+                part,
+                overview.overview_generation(self._run, generation),
+                application_id=self._overview_application,
+                recording_id=self._run.name,
+            )
+        return trials
 
     def _is_whole(self, path: Path, expected: int) -> bool:
         if not path.exists():
@@ -151,14 +174,14 @@ class Recorder:
             return False
         return found >= (expected if self._detail is Detail.ALL else 1)
 
-    def _write_trials(self, generation: RecordedGeneration) -> None:
+    def _write_trials(self, generation: RecordedGeneration) -> int:
         wanted = [trial for trial in generation.trials if trial.champion or self._detail is Detail.ALL]
         if not wanted:
-            return
+            return 0
         with tempfile.TemporaryDirectory(dir=self._paths.folder, prefix=".parts-") as folder:
             parts = [self._write_trial(Path(folder), trial) for trial in wanted]
             rrd.join(parts, self._paths.generation(generation.row.number))
-        self._trials += len(wanted)
+        return len(wanted)
 
     def _write_trial(self, folder: Path, trial: RecordedTrial) -> Path:
         path = folder / f"{trial.id}.rrd"
