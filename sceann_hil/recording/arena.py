@@ -19,6 +19,8 @@ from sceann_hil.scenery import ArenaScenery
 IN_SIGHT, BLIND, AT_TARGET = "target in sight", "blind", "at the target"
 _TURN = np.linspace(0.0, 2.0 * np.pi, 13)
 _RING = np.column_stack([np.cos(_TURN), np.sin(_TURN)]).astype(np.float32)
+ROBOT = "/arena/robot"
+"""Entity of the robot: its pose, and its distance to the target as a curve."""
 DISTANCE_NAME = "distance to the target [m]"
 
 
@@ -138,9 +140,10 @@ def arena_trial(run: RecordedRun, scene: ArenaScenery, trial: RecordedTrial, *, 
     now = step_times(n + 1, run.tick_s)
     ring = xy[0] + 0.4 * scene.body_radius_m * _RING
     yield static("/arena/path", rr.LineStrips2D.from_fields(strips=[xy, ring]))
-    yield timed("/arena/robot", now, poses(np.column_stack([xy, np.zeros(n + 1, np.float32)]), state[:, 2]))
     away = np.hypot(*(xy.astype(np.float64) - scene.target_m).T)
-    yield timed("/signals/distance", now, scalars(away[:, None]))
+    # the distance is a curve of the robot itself: a chunk less in every recording
+    pose = poses(np.column_stack([xy, np.zeros(n + 1, np.float32)]), state[:, 2])
+    yield timed(ROBOT, now, [*pose, *scalars(away[:, None])])
     steps, names = phases(trial)
     yield timed("/phase", times_of(steps, run.tick_s), rr.StateChange.columns(state=names))
     if full:

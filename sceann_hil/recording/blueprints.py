@@ -8,7 +8,7 @@ import rerun.blueprint as rrb
 import rerun.blueprint.table as rrt
 from rerun import LineStrips2D, Points2D
 
-from sceann_hil.recording import network, style
+from sceann_hil.recording import arena, cartpole, network, style
 from sceann_hil.recording.chunks import PROPERTY
 from sceann_hil.recording.columns import GENERATION, STEP, TRIAL_TIME
 from sceann_hil.recording.trial import RecordedRun
@@ -40,9 +40,9 @@ def trial_blueprint(run: RecordedRun) -> rrb.Blueprint:
                 rrb.StateTimelineView(origin="/", contents=["/phase"], name="Phase"),
                 row_shares=[7, 1.1],
             )
-            signals.append(_curves("Distance to the target", "/signals/distance", legend=False))
+            signals.append(_curves("Distance to the target", arena.ROBOT, legend=False))
         case CartPoleScenery() as scene:
-            body = [_curves("Pole", "/signals/pole"), _curves("Cart", "/signals/cart")]
+            body = [_curves("Pole", cartpole.POLE), _curves("Cart", cartpole.CART)]
             picture = rrb.Vertical(_cartpole_view(scene), *body, row_shares=[2, 1, 1])
         case None:
             return _screen(rrb.Horizontal(rrb.Vertical(*signals), right, column_shares=[4, 3]), TRIAL_TIME, playing=1.0)
@@ -120,7 +120,11 @@ def _curves(
 ) -> rrb.TimeSeriesView:
     axis = rrb.ScalarAxis(range=limits, zoom_lock=True) if limits else None
     return rrb.TimeSeriesView(
-        origin=origin, name=name, axis_y=axis, plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop, visible=legend)
+        origin=origin,
+        contents=f"{origin}/**" if origin == "/fitness" else origin,
+        name=name,
+        axis_y=axis,
+        plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop, visible=legend),
     )
 
 

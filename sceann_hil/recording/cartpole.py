@@ -14,6 +14,8 @@ from sceann_hil.recording.columns import poses, scalars, static, step_times, tim
 from sceann_hil.recording.trial import RecordedRun, RecordedTrial
 from sceann_hil.scenery import CartPoleScenery
 
+CART, POLE = "/scene/cart", "/scene/cart/pole"
+"""Entities of cart and pole: where they are, and that as curves."""
 CART_NAMES = ("x [m]", "speed [m/s]")
 POLE_NAMES = ("angle [deg]", "rate [10 deg/s]")
 FORCE_NAME = "force [N]"
@@ -69,11 +71,11 @@ def cartpole_trial(run: RecordedRun, scene: CartPoleScenery, trial: RecordedTria
     x, speed, angle, rate = state.T
     now = step_times(n + 1, run.tick_s)
     zero = np.zeros_like(x)
-    yield timed("/scene/cart", now, poses(np.column_stack([x, zero, zero])))
+    place = poses(np.column_stack([x, zero, zero]))
+    yield timed(CART, now, [*place, *scalars(np.column_stack([x, speed]))])
     # a positive angle leans to the right, a positive turn goes to the left
-    yield timed("/scene/cart/pole", now, poses(None, -angle))
-    yield timed("/signals/cart", now, scalars(np.column_stack([x, speed])))
-    yield timed("/signals/pole", now, scalars(np.rad2deg(np.column_stack([angle, rate / 10]).astype(np.float64))))
+    lean = poses(None, -angle)
+    yield timed(POLE, now, [*lean, *scalars(np.rad2deg(np.column_stack([angle, rate / 10]).astype(np.float64)))])
     if full:
         force = (2.0 * trial.trace.x[:, -1] / ONE - 1.0) * scene.largest_force_n
         arrows = np.column_stack([force * (0.6 / scene.largest_force_n), np.zeros(n)])

@@ -64,21 +64,21 @@ def properties(run: RecordedRun, trial: RecordedTrial) -> dict[str, Any]:
 def scenery_chunks(run: RecordedRun) -> Iterator[Chunk]:
     """What all trials share: surroundings, shapes, names and colours of curves."""
     curves: list[tuple[str, tuple[str, ...], NDArray[np.uint32]]] = [
-        ("sensors", run.sensor_names, style.signal_colours(run.size.n_sensors)),
-        ("hidden", run.hidden_names, style.signal_colours(run.size.n_hidden + 3)[3:]),
-        ("motors", run.motor_names, style.motor_colours(run.size.n_motors)),
+        ("/signals/sensors", run.sensor_names, style.signal_colours(run.size.n_sensors)),
+        ("/signals/hidden", run.hidden_names, style.signal_colours(run.size.n_hidden + 3)[3:]),
+        ("/signals/motors", run.motor_names, style.motor_colours(run.size.n_motors)),
     ]
     match run.scenery:
         case ArenaScenery() as scene:
             yield from arena.arena_scenery(scene)
-            curves.append(("distance", (arena.DISTANCE_NAME,), style.colours(style.BEST)))
+            curves.append((arena.ROBOT, (arena.DISTANCE_NAME,), style.colours(style.BEST)))
         case CartPoleScenery() as scene:
             yield from cartpole.cartpole_scenery(scene)
-            curves.append(("cart", cartpole.CART_NAMES, style.colours(style.TRAIL, style.PATH)))
-            curves.append(("pole", cartpole.POLE_NAMES, style.colours(style.BODY, style.BODY_DARK)))
-    for name, names, colours in curves:
+            curves.append((cartpole.CART, cartpole.CART_NAMES, style.colours(style.TRAIL, style.PATH)))
+            curves.append((cartpole.POLE, cartpole.POLE_NAMES, style.colours(style.BODY, style.BODY_DARK)))
+    for path, names, colours in curves:
         if names:
-            yield static(f"/signals/{name}", rr.SeriesLines(colors=colours, names=list(names), widths=1.5))
+            yield static(path, rr.SeriesLines(colors=colours, names=list(names), widths=1.5))
     yield from network.network_scenery(run)
 
 
