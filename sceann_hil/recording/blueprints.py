@@ -8,7 +8,7 @@ import rerun.blueprint as rrb
 import rerun.blueprint.table as rrt
 from rerun import LineStrips2D, Points2D
 
-from sceann_hil.recording import arena, cartpole, network, style
+from sceann_hil.recording import arena, cartpole, network, overview, style
 from sceann_hil.recording.chunks import PROPERTY
 from sceann_hil.recording.columns import GENERATION, STEP, TRIAL_TIME
 from sceann_hil.recording.trial import RecordedRun
@@ -88,11 +88,13 @@ def run_blueprint(run: RecordedRun) -> rrb.Blueprint:
             everyone = _arena_view(scene, ["/arena/**"], "All trials of this generation (best individual bright)")
             root = rrb.Horizontal(left, everyone, right, column_shares=[3, 4, 3])
         case CartPoleScenery():
+            (x_range, y_range) = overview.SWING_BOUNDS
             angles = rrb.Spatial2DView(
                 origin="/",
                 contents="/swings/**",
                 name="Pole angle over time, all trials (best bright)",
                 background=_DARK,
+                visual_bounds=rrb.VisualBounds2D(x_range=x_range, y_range=y_range),
             )
             root = rrb.Horizontal(left, angles, right, column_shares=[3, 4, 3])
         case None:

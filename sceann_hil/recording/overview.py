@@ -20,6 +20,8 @@ _STRIDE = 3
 """Every how manieth point of a path is drawn."""
 _SWING_WIDTH, _SWING_HEIGHT = 10.0, 10.0
 """Size of the picture of all pole angles, in the units of its view."""
+SWING_BOUNDS = ((-1.0, 10.4), (-5.6, 5.6))
+"""What a view of it should show: x range, y range (y points down)."""
 
 
 def overview_start(run: RecordedRun, config: str, seed: int) -> Iterator[Chunk]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
-import shutil
 import subprocess
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
@@ -51,7 +50,7 @@ def write_recording(path: Path, chunks: Iterable[Chunk], *, application_id: str,
     try:
         LazyChunkStream.from_iter(whole).write_rrd(path, application_id=application_id, recording_id=recording_id)
     except (OSError, ValueError, RuntimeError) as error:
-        raise _disk_full(path) or error from error
+        raise _disk_full(str(error), path) or error from error
 
 
 def join(parts: Sequence[Path], path: Path) -> None:
@@ -85,21 +84,26 @@ def _rrd(command: str, parts: Sequence[Path], path: Path) -> None:
         errors="replace",
         check=False,
     )
+    said = done.stderr.strip()
     if done.returncode:
-        raise _disk_full(path) or OSError(errno.EIO, f"rerun rrd {command} failed: {done.stderr.strip()[-400:]}", path)
-
-
-def _disk_full(path: Path) -> DiskFull | None:
-    """rerun's errors carry no number, so ask the file system: less room than a small file needs is full."""
+        raise _disk_full(said, path) or OSError(errno.EIO, f"rerun rrd {command} failed: {said[-400:]}", str(path))
     try:
-        free = shutil.disk_usage(path.parent).free
-    except OSError:
-        return None
-    if free > 1_000_000:
-        return None
+        check(path, "")
+    except RecordingIsDamaged:
+        # rerun does not notice when the last of its output finds no room
+        raise _no_room(path) from None
+
+
+def _disk_full(said: str, path: Path) -> DiskFull | None:
+    """rerun passes the operating system's errors on as text."""
+    full = any(f"os error {number}" in said for number in (errno.ENOSPC, errno.EDQUOT))
+    return _no_room(path) if full else None
+
+
+def _no_room(path: Path) -> DiskFull:
     return DiskFull(
-        f"The disk is full: {path.parent} has {free // 1000} kB left.",
-        "Free some space, then `sceann record DIR` makes the missing recordings.",
+        f"The disk is full: {path.parent} cannot take more recordings.",
+        "Free some space, then `sceann record DIR` makes the missing ones. The run itself is not harmed.",
     )
 
 
