@@ -91,7 +91,7 @@ class Recorder:
             expecting = more()  # asked first: a generation that is finished after this is seen in the next round
             todo = [g for g in self._source.finished() if g not in self._done and (only is None or g in only)]
             self._record_generations(todo)
-            if only is None and (todo or not self._paths.run.exists()) and self._done:
+            if todo and only is None and not self._has_whole_overview():
                 self._join_overview()
             if not expecting and not todo:
                 break
@@ -192,6 +192,11 @@ class Recorder:
             recording_id=recording_id(self._run.name, trial.generation, trial.individual, trial.trial, trial.attempt),
         )
         return path
+
+    def _has_whole_overview(self) -> bool:
+        newest = max(self._paths.overview(number).stat().st_mtime_ns for number in self._done)
+        run = self._paths.run
+        return self._is_whole(run, 1) and run.stat().st_mtime_ns >= newest
 
     def _join_overview(self) -> None:
         paths = self._paths

@@ -56,6 +56,10 @@ def write_recording(path: Path, chunks: Iterable[Chunk], *, application_id: str,
 def join(parts: Sequence[Path], path: Path) -> None:
     """Recordings of several files in one file, without decoding them; the parts stay.
 
+    Args:
+        parts: files with one recording each (rerun 0.41 cannot join what is joined already).
+        path: the file.
+
     Raises:
         DiskFull: no space left.
         OSError: rerun refuses, with what it said.
@@ -86,7 +90,7 @@ def _rrd(command: str, parts: Sequence[Path], path: Path) -> None:
     )
     said = done.stderr.strip()
     if done.returncode:
-        raise _disk_full(said, path) or OSError(errno.EIO, f"rerun rrd {command} failed: {said[-400:]}", str(path))
+        raise _disk_full(said, path) or OSError(errno.EIO, f"rerun rrd {command} failed: {said[:400]}", str(path))
     try:
         check(path, "")
     except RecordingIsDamaged:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -54,23 +55,25 @@ def scalars(recording: Recording, entity: str) -> np.ndarray:
 def properties(recording: Recording) -> dict[str, Any]:
     (chunk,) = recording["/__properties/trial"]
     batch = chunk.to_record_batch()
-    return {
-        field.name: batch.column(field.name)[0].as_py()[0] for field in batch.schema if "RowId" not in field.name
-    }
+    return {field.name: batch.column(field.name)[0].as_py()[0] for field in batch.schema if "RowId" not in field.name}
+
+
+def recorded(run_dir: Path, folder: Path) -> Iterator[tuple[RunSource, RecordingPaths]]:
+    """A copy of a run with recordings."""
+    copy = Path(shutil.copytree(run_dir, folder / "run"))
+    source = RunSource(copy)
+    yield source, record(copy)
+    source.close()
 
 
 @pytest.fixture(scope="module")
 def goal(goal_reach: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[RunSource, RecordingPaths]]:
-    source = RunSource(goal_reach)
-    yield source, record(goal_reach)
-    source.close()
+    yield from recorded(goal_reach, tmp_path_factory.mktemp("goal"))
 
 
 @pytest.fixture(scope="module")
-def pole(pole_balancing: Path) -> Iterator[tuple[RunSource, RecordingPaths]]:
-    source = RunSource(pole_balancing)
-    yield source, record(pole_balancing)
-    source.close()
+def pole(pole_balancing: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[RunSource, RecordingPaths]]:
+    yield from recorded(pole_balancing, tmp_path_factory.mktemp("pole"))
 
 
 def pairs(source: RunSource, paths: RecordingPaths) -> Iterator[tuple[RecordedTrial, Recording]]:
