@@ -9,7 +9,7 @@ import pytest
 
 from sceann_hil.errors import NotARun, RecordingIsDamaged, ViewerUnavailable
 from sceann_hil.recording import RecordingPaths, view
-from sceann_hil.recording.headless import explain_failure, headless_viewer
+from sceann_hil.recording.headless import explain_failure, headless_viewer, wait_for_views
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -40,10 +40,8 @@ def test_no_view_reports_an_error(
 
 def test_the_trial_screen_has_its_views_and_both_timelines(recorded: dict[str, Path]) -> None:
     with view.prepared(recorded["goal"], view.Screen(trial=1)) as source, headless_viewer(source) as client:
-        deadline = 100
-        while not (state := client.get_state()).views and deadline:
-            deadline -= 1
-        names = {v.name for v in state.views}
+        wait_for_views(client)
+        names = {shown.name for shown in client.get_state().views}
     assert {"Arena", "Phase", "Sensors", "Hidden neurons", "Motor outputs", "Trial"} <= names
 
 
