@@ -177,6 +177,7 @@ _OF_A_ROBOT: dict[type[RobotError], tuple[type[UserError], str]] = {
     EmergencyStop: (RobotWasStopped, "Make sure that it is safe, then `sceann resume` the run."),
 }
 
+_CANNOT_WRITE = (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.EISDIR, errno.ENAMETOOLONG)
 _FREE_SPACE = "Free some space, then `sceann resume` the run: what was journalled so far is safe."
 
 
@@ -197,7 +198,7 @@ def as_user_error(error: BaseException) -> UserError | None:
         return DiskFull("The disk is full: the journal could not be written.", _FREE_SPACE)
     if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
         return DiskFull(f"The disk is full: {_where(error)} could not be written.", _FREE_SPACE)
-    if isinstance(error, OSError) and error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
+    if isinstance(error, OSError) and error.errno in _CANNOT_WRITE:
         return CannotWrite(f"{_where(error)}: {error.strerror}.", "Choose another place, or change its permissions.")
     return None
 
