@@ -90,8 +90,8 @@ def wait_for_views(client: ViewerClient, timeout_s: float = 60.0) -> None:
 
 def explain_failure(said: str) -> ViewerUnavailable:
     """What a user should know about a viewer that did not start, from what it said."""
-    if "DISPLAY" in said:
-        return ViewerUnavailable("The viewer has no display to open its window on.", NO_DISPLAY)
+    if "DISPLAY" in said or "EventLoopError" in said:
+        return ViewerUnavailable("The viewer found no display to open its window on.", NO_DISPLAY)
     if "graphics adapter" in said or "render context" in said:
         return ViewerUnavailable(
             "The viewer found no graphics driver (Vulkan).",

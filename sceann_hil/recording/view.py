@@ -26,7 +26,7 @@ from sceann_hil.recording.headless import (
 )
 from sceann_hil.recording.paths import RecordingPaths
 from sceann_hil.recording.process import Detail, RecorderStatus
-from sceann_hil.recording.recorder import REMEDY, Recorder
+from sceann_hil.recording.recorder import Recorder, remedy
 from sceann_hil.recording.rrd import VIEWER, check, quiet_environment
 from sceann_hil.recording.source import RunSource
 from sceann_hil.recording.trial import recording_id
@@ -140,10 +140,10 @@ def prepared(run_dir: Path, screen: Screen, report: Callable[[RecorderStatus], N
         )
     _record_missing(paths, shown, report)
     if screen.overview:
-        yield str(_sound(paths.run))
+        yield str(_sound(paths.run, run_dir))
         return
     numbers = paths.recorded_generations() if shown is None else [shown.generation]
-    files = [_sound(paths.generation(number)) for number in numbers]
+    files = [_sound(paths.generation(number), run_dir) for number in numbers]
     for shared in (paths.scenery, paths.trial_blueprint, paths.table_blueprint):
         _present(shared)
     with catalog(paths, files) as served:
@@ -173,8 +173,8 @@ def _present(path: Path) -> Path:
     return path
 
 
-def _sound(path: Path) -> Path:
-    check(_present(path), REMEDY)
+def _sound(path: Path, run_dir: Path) -> Path:
+    check(_present(path), remedy(run_dir))
     return path
 
 
