@@ -129,16 +129,14 @@ def draw_fig11(champion: Champion, path: Path) -> None:
     time_s = np.arange(len(trace.state)) * champion.config.robot.spec.tick_s
     with drawing(17.0, 10.0) as figure:
         upper, lower = figure.subplots(2, 1, sharex=True)
-        _over_time(upper, time_s, trace.state[:, 0], BLUE, "cart position (m)")
-        _over_time(lower, time_s, np.rad2deg(trace.state[:, 2]), GREEN, "pole angle (degrees)")
+        _over_time(upper, time_s, trace.state[:, 0], BLUE, "cart position (m)", "2.4 m")
+        _over_time(lower, time_s, np.rad2deg(trace.state[:, 2]), GREEN, "pole angle (degrees)", "36 degrees")
         lower.set_xlabel("time (s)")
         lower.set_xlim(0.0, float(time_s[-1]))
         save(figure, path)
 
 
-def _over_time(
-    axes: Axes, time_s: NDArray[np.float64], values: NDArray[np.floating[Any]], colour: str, label: str
-) -> None:
+def _over_time(axes: Axes, time_s: NDArray[Any], values: NDArray[Any], colour: str, label: str, limit: str) -> None:
     axes.axhline(0.0, color=LIGHT, linewidth=1.0)
     axes.plot(time_s, values, color=colour, linewidth=0.9)
     reach = 1.25 * float(np.abs(values).max())
@@ -146,7 +144,14 @@ def _over_time(
     axes.set_ylabel(label)
     extreme = float(np.abs(values).max())
     axes.text(
-        0.995, 0.97, f"largest: {extreme:.2g}", transform=axes.transAxes, ha="right", va="top", color=RED, fontsize=8
+        0.995,
+        0.97,
+        f"largest {extreme:.2f}, limit {limit}",
+        transform=axes.transAxes,
+        ha="right",
+        va="top",
+        color=RED,
+        fontsize=8,
     )
 
 

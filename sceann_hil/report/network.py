@@ -14,7 +14,8 @@ from matplotlib.patches import Circle, FancyArrowPatch
 from sceann_hil.coding import NetworkSize, Weights
 from sceann_hil.report.style import BLUE, DARK, GREY, LIGHT, RED, drawing, plain, save
 
-_RADIUS = 0.30
+_HEIGHT = 7.0
+_RADIUS = 0.27
 _Point = tuple[float, float]
 
 
@@ -31,7 +32,7 @@ def draw_network(
         path: without suffix.
     """
     hidden = [f"h{k + 1}" for k in range(size.n_hidden)]
-    with drawing(17.0, 9.6) as figure:
+    with drawing(17.0, 8.2) as figure:
         left, right = figure.subplots(1, 2, width_ratios=(1.45, 1.0))
         _draw_graph(left, weights, size, sensors, hidden, motors)
         _draw_matrix(right, weights, [*sensors, *hidden, *motors], [*hidden, *motors], size.n_sensors)
@@ -50,26 +51,32 @@ def _draw_graph(
     motors: Sequence[str],
 ) -> None:
     plain(axes)
-    height = 1.0 * max(size.n_sensors, 2.4 * size.n_hidden, 2.4 * size.n_motors, 4.0)
+    height = _HEIGHT
     columns = (
         (0.0, _spread(size.n_sensors, height)),
-        (0.62 * height, _spread(size.n_hidden, 0.86 * height)),
-        (1.18 * height, _spread(size.n_motors, 0.62 * height)),
+        (0.58 * height, _spread(size.n_hidden, height)),
+        (1.16 * height, _spread(size.n_motors, 0.8 * height)),
     )
     places: list[_Point] = [(x, y) for x, heights in columns for y in heights]
-    radius = _RADIUS * height / 7.0
+    nodes = [Circle(place, _RADIUS, facecolor="white", edgecolor=DARK, linewidth=1.1, zorder=3) for place in places]
+    for node in nodes:
+        axes.add_patch(node)
     for target in range(size.n_neurons):
         for source in range(size.n_sources):
             if weights[target, source]:
                 to = size.n_sensors + target
-                _connect(axes, places, source, to, int(weights[target, source]), size, radius)
-    for (x, y), name in zip(places, [*sensors, *hidden, *motors], strict=True):
-        axes.add_patch(Circle((x, y), radius, facecolor="white", edgecolor=DARK, linewidth=1.1, zorder=3))
-        axes.text(x, y, name, ha="center", va="center", fontsize=7.2, color=DARK, zorder=4)
+                _connect(axes, nodes, source, to, int(weights[target, source]), size)
+    for index, ((x, y), name) in enumerate(zip(places, [*sensors, *hidden, *motors], strict=True)):
+        if index < size.n_sensors:
+            axes.text(x - 1.5 * _RADIUS, y, name, ha="right", va="center", color=DARK)
+        elif index < size.n_sensors + size.n_hidden:
+            axes.text(x, y, name, ha="center", va="center", fontsize=7.2, color=DARK, zorder=4)
+        else:
+            axes.text(x + 1.6 * _RADIUS, y, name, ha="left", va="center", color=DARK)
     for (x, _), title in zip(columns, ("sensors", "hidden", "motors"), strict=True):
-        axes.text(x, 0.62 * height, title, ha="center", va="bottom", color=GREY)
-    axes.set_xlim(-0.12 * height, 1.42 * height)
-    axes.set_ylim(-0.6 * height, 0.7 * height)
+        axes.text(x, 0.56 * height, title, ha="center", va="bottom", color=GREY)
+    axes.set_xlim(-0.16 * height, 1.38 * height)
+    axes.set_ylim(-0.54 * height, 0.62 * height)
     axes.set_aspect("equal")
 
 
@@ -78,9 +85,7 @@ def _spread(n: int, height: float) -> list[float]:
     return [height * (0.5 - (k + 0.5) / n) for k in range(n)]
 
 
-def _connect(
-    axes: Axes, places: Sequence[_Point], source: int, target: int, weight: int, size: NetworkSize, radius: float
-) -> None:
+def _connect(axes: Axes, nodes: Sequence[Circle], source: int, target: int, weight: int, size: NetworkSize) -> None:
     style: Any = {
         "color": BLUE if weight > 0 else RED,
         "linestyle": "-" if weight > 0 else (0, (3.5, 2.0)),
@@ -88,30 +93,25 @@ def _connect(
         "alpha": 0.9,
         "zorder": 2,
     }
-    (x0, y0), (x1, y1) = places[source], places[target]
+    (x0, y0), (x1, y1) = nodes[source].center, nodes[target].center
     if source == target:
-        loop = Circle((x0 + 1.28 * radius, y0 + 1.0 * radius), 0.85 * radius, fill=False, **style)
-        axes.add_patch(loop)
+        axes.add_patch(Circle((x0, y0 + 1.65 * _RADIUS), 0.8 * _RADIUS, fill=False, **style))
         return
+    # between two neurons there and back again on two sides; farther apart in one column, farther out
+    bend = 0.16 if x0 != x1 else 0.25 + 0.16 * abs(y1 - y0) / _HEIGHT
     if source < size.n_sensors:
         bend = 0.0
-    elif x0 == x1:
-        # neurons of one column: bow out, downwards on one side and upwards on the other
-        bend = 0.38 if abs(y1 - y0) > 0 else 0.0
-    else:
-        bend = 0.16
     axes.add_patch(
         FancyArrowPatch(
             (x0, y0),
             (x1, y1),
             connectionstyle=f"arc3,rad={bend}",
-            arrowstyle="-|>",
-            mutation_scale=7.0,
+            arrowstyle="-|>,head_length=0.55,head_width=0.28",
+            mutation_scale=8.0,
             shrinkA=0.0,
-            shrinkB=0.0,
-            clip_on=False,
-            patchA=Circle((x0, y0), radius),
-            patchB=Circle((x1, y1), 1.08 * radius),
+            shrinkB=0.5,
+            patchA=nodes[source],
+            patchB=nodes[target],
             **style,
         )
     )
