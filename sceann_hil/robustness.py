@@ -71,7 +71,7 @@ def disturbances_of(config: ExperimentConfig) -> tuple[Disturbance, ...]:
         _series(
             "sensor offset",
             "of full scale, s.d.",
-            (0.0, 0.001, 0.002, 0.005, 0.01, 0.02),
+            (0.0, 0.0002, 0.0005, 0.001, 0.005, 0.02),
             "robot.gap.sensor_offset={{normal: [0.0, {}]}}",
         ),
         _series(

@@ -53,7 +53,7 @@ def champion(
 
     Example: sceann champion studies/tables --robust
     """
-    config, candidates = _candidates(directory, condition)
+    source, config, candidates = _candidates(directory, condition)
     order = list(range(len(candidates)))
     found: Robustness | None = None
     if robust:
@@ -62,23 +62,23 @@ def champion(
         order.sort(key=lambda k: (-found.score[k], -candidates[k].fitness))
     shown = order[:top]
     if as_json:
-        print_json({"champions": [_as_dict(candidates[k], found, k) for k in shown]})
+        print_json({"from": source, "champions": [_as_dict(candidates[k], found, k) for k in shown]})
         return
-    _print(candidates, found, shown)
+    _print(source, candidates, found, shown)
 
 
-def _candidates(directory: Path, condition: int | None) -> tuple[ExperimentConfig, list[_Candidate]]:
-    """The fittest different genomes, best first, and the experiment that they come from."""
-    config, listed = (
+def _candidates(directory: Path, condition: int | None) -> tuple[str, ExperimentConfig, list[_Candidate]]:
+    """Where they come from, the experiment, and the fittest different genomes, best first."""
+    source, config, listed = (
         _of_study(directory, condition) if (directory / STUDY_NAME).exists() else _of_run(directory, condition)
     )
     listed.sort(key=lambda candidate: -candidate.fitness)
     different = list({candidate.genome: candidate for candidate in reversed(listed)}.values())[::-1]
     different.sort(key=lambda candidate: -candidate.fitness)
-    return config, different[:_MOST_CANDIDATES]
+    return source, config, different[:_MOST_CANDIDATES]
 
 
-def _of_run(directory: Path, condition: int | None) -> tuple[ExperimentConfig, list[_Candidate]]:
+def _of_run(directory: Path, condition: int | None) -> tuple[str, ExperimentConfig, list[_Candidate]]:
     if condition is not None:
         raise typer.BadParameter("--condition is for studies; this is one run", param_hint="--condition")
     reader = JournalReader(directory)
@@ -89,10 +89,11 @@ def _of_run(directory: Path, condition: int | None) -> tuple[ExperimentConfig, l
         reader.close()
     if not rows:
         raise NotARun(f"{directory} has no finished generation yet.", "`sceann resume` it first.")
-    return config, [_Candidate(f"individual {row.id}", row.fitness or 0.0, row.genome) for row in rows]
+    listed = [_Candidate(f"individual {row.id}", row.fitness or 0.0, row.genome) for row in rows]
+    return f"Run {directory}", config, listed
 
 
-def _of_study(directory: Path, number: int | None) -> tuple[ExperimentConfig, list[_Candidate]]:
+def _of_study(directory: Path, number: int | None) -> tuple[str, ExperimentConfig, list[_Candidate]]:
     with StudyReader(directory) as reader:
         conditions = reader.conditions()
         if number is not None and number >= len(conditions):
@@ -106,10 +107,15 @@ def _of_study(directory: Path, number: int | None) -> tuple[ExperimentConfig, li
         raise NotARun(f"{directory} has no finished runs yet.", "`sceann study` fills it.")
     best = max(filled, key=lambda key: float(filled[key].fitness.mean()))
     chosen = filled[best]
-    return conditions[best].config.model_copy(update={"seed": seed}), [
-        _Candidate(f"condition {best} ({conditions[best].label}), run {run}", float(fitness), genome)
-        for run, fitness, genome in zip(chosen.numbers, chosen.fitness, chosen.genomes, strict=True)
-    ]
+    source = f"Condition {best}: {conditions[best].label}"
+    return (
+        source,
+        conditions[best].config.model_copy(update={"seed": seed}),
+        [
+            _Candidate(f"run {run}", float(fitness), genome)
+            for run, fitness, genome in zip(chosen.numbers, chosen.fitness, chosen.genomes, strict=True)
+        ],
+    )
 
 
 def _as_dict(candidate: _Candidate, found: Robustness | None, place: int) -> dict[str, Any]:
@@ -123,9 +129,9 @@ def _as_dict(candidate: _Candidate, found: Robustness | None, place: int) -> dic
     return told
 
 
-def _print(candidates: list[_Candidate], found: Robustness | None, shown: list[int]) -> None:
+def _print(source: str, candidates: list[_Candidate], found: Robustness | None, shown: list[int]) -> None:
     names = [] if found is None else ["score", *(disturbance.name for disturbance in found.disturbances)]
-    table = Table("genome", "fitness", *names, "from")
+    table = Table("genome", "fitness", *names, "from", title=source)
     for place in shown:
         candidate = candidates[place]
         rates = []
