@@ -18,7 +18,7 @@ from sceann_hil.errors import ConfigError
 from sceann_hil.robot import Trials
 from sceann_hil.seeds import Purpose, keys
 
-REPEATS = 10
+REPEATS = 20
 """Times that a trial is repeated at every level."""
 _TRIALS_AT_ONCE = 100_000
 
@@ -29,13 +29,15 @@ class Disturbance:
 
     Attributes:
         name: for people.
-        unit: of the levels.
+        unit: of the levels times `scale`.
+        scale: factor with which levels are shown.
         levels: how much; the first is no disturbance.
         settings: what each level changes in the configuration, as ``key=value``.
     """
 
     name: str
     unit: str
+    scale: float
     levels: tuple[float, ...]
     settings: tuple[tuple[str, ...], ...]
 
@@ -67,20 +69,24 @@ def disturbances_of(config: ExperimentConfig) -> tuple[Disturbance, ...]:
             "Name a run or a study of a simulated robot.",
         )
     return (
-        _series("sensor noise", "of full scale", (0.0, 0.002, 0.005, 0.01, 0.02, 0.05), "robot.gap.sensor_noise={}"),
+        _series(
+            "sensor noise", "% of full scale", 100.0, (0.0, 0.002, 0.005, 0.01, 0.02, 0.05), "robot.gap.sensor_noise={}"
+        ),
         _series(
             "sensor offset",
-            "of full scale, s.d.",
+            "% of full scale (s.d.)",
+            100.0,
             (0.0, 0.0002, 0.0005, 0.001, 0.005, 0.02),
             "robot.gap.sensor_offset={{normal: [0.0, {}]}}",
         ),
         _series(
             "motor gain error",
-            "s.d.",
+            "% (s.d.)",
+            100.0,
             (0.0, 0.05, 0.1, 0.2, 0.3, 0.5),
             "robot.gap.motor_gain={{normal: [1.0, {}]}}",
         ),
-        _series("latency", "control steps", (0.0, 1.0, 2.0, 3.0, 4.0, 5.0), "robot.gap.latency_steps={}"),
+        _series("latency", "control steps", 1.0, (0.0, 1.0, 2.0, 3.0, 4.0, 5.0), "robot.gap.latency_steps={}"),
         *_other_starts(config),
     )
 
@@ -140,9 +146,9 @@ def _changed(config: ExperimentConfig, settings: Sequence[str]) -> ExperimentCon
     return parse_config(dump_config(config), "the disturbed experiment", settings)
 
 
-def _series(name: str, unit: str, levels: tuple[float, ...], template: str) -> Disturbance:
+def _series(name: str, unit: str, scale: float, levels: tuple[float, ...], template: str) -> Disturbance:
     settings = tuple((template.format(level),) if level else () for level in levels)
-    return Disturbance(name, unit, levels, settings)
+    return Disturbance(name, unit, scale, levels, settings)
 
 
 def _other_starts(config: ExperimentConfig) -> tuple[Disturbance, ...]:
@@ -152,10 +158,10 @@ def _other_starts(config: ExperimentConfig) -> tuple[Disturbance, ...]:
         before = float(config.task.model_dump()["start_angle_deg"])
         levels = (before, *(angle for angle in (2.0, 4.0, 6.0, 8.0, 12.0) if angle != before))
         settings = tuple((f"task.start_angle_deg={angle}",) for angle in levels)
-        return (Disturbance("initial angle", "degrees", levels, settings),)
+        return (Disturbance("initial angle", "degrees", 1.0, levels, settings),)
     if "headings_deg" in fields:
         headings = np.array(config.task.model_dump()["headings_deg"])
         turns = (0.0, 5.0, 10.0, 15.0, 20.0, 22.5)
         settings = tuple((f"task.headings_deg={(headings + turn).tolist()}",) for turn in turns)
-        return (Disturbance("initial headings turned by", "degrees", turns, settings),)
+        return (Disturbance("initial headings turned by", "degrees", 1.0, turns, settings),)
     return ()

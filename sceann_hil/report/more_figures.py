@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 
 from sceann_hil.controller import Neuron
 from sceann_hil.landscape import Landscape
 from sceann_hil.report.statistics import Interval
-from sceann_hil.report.style import BLUE, DARK, GREY, MARKERS, ORANGE, SERIES, drawing, save
+from sceann_hil.report.style import BLUE, DARK, GREY, MARKERS, ORANGE, SERIES, drawing, plain, save
 from sceann_hil.robustness import Robustness
 
 _AT_ONCE = 1 << 20
@@ -81,7 +82,7 @@ def draw_robustness(groups: Mapping[str, tuple[Robustness, int]], path: Path) ->
         path: without suffix.
     """
     first = next(iter(groups.values()))[0]
-    with drawing(17.0, 11.5) as figure:
+    with drawing(17.0, 10.5) as figure:
         grid = figure.subplots(2, 3, sharey=True)
         panels = grid.ravel()
         for index, disturbance in enumerate(first.disturbances):
@@ -91,17 +92,19 @@ def draw_robustness(groups: Mapping[str, tuple[Robustness, int]], path: Path) ->
                 success = 100.0 * found.success[index]
                 best = int(found.score.argmax())
                 style: Any = {"color": SERIES[number], "marker": MARKERS[number], "markersize": 3.5}
-                axes.plot(at, success.mean(axis=1), label=f"{name}: mean of {n} champions", **style)
-                axes.plot(at, success[:, best], label=f"{name}: the most robust one", linestyle="--", **style)
-            axes.set_xticks(at, [f"{level:g}" for level in disturbance.levels])
+                axes.plot(at, success.mean(axis=1), label=f"{name}: {n} champions", **style)
+                axes.plot(at, success[:, best], linestyle="--", **style)
+            axes.set_xticks(at, [f"{disturbance.scale * level:g}" for level in disturbance.levels])
             axes.set_title(disturbance.name)
             axes.set_xlabel(disturbance.unit)
             axes.set_ylim(-3.0, 103.0)
             axes.grid(axis="x", visible=False)
         for axes in grid[:, 0]:
             axes.set_ylabel("trials that succeed (%)")
+        lines, _ = panels[0].get_legend_handles_labels()
+        lines.append(Line2D([], [], color=GREY, label="solid: their mean"))
+        lines.append(Line2D([], [], color=GREY, linestyle="--", label="dashed: the most robust one"))
         for axes in panels[len(first.disturbances) :]:
-            axes.set_axis_off()
-        lines, labels = panels[0].get_legend_handles_labels()
-        figure.legend(lines, labels, loc="outside lower center", ncols=2, labelcolor=GREY)
+            plain(axes)
+        panels[-1].legend(handles=lines, loc="center left")
         save(figure, path)

@@ -45,7 +45,9 @@ class Page:
         self._parts.extend(paragraphs)
 
     def bullets(self, lines: Sequence[str]) -> None:
-        """A list."""
+        """A list; nothing if there are no lines."""
+        if not lines:
+            return
         self._parts.append("\n".join(f"* {line}" for line in lines))
 
     def code(self, lines: Sequence[str]) -> None:
