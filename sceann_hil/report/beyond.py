@@ -93,7 +93,8 @@ def _readings(landscapes: Sequence[Landscape], found: Mapping[Path, Summary]) ->
     return (
         f"Read to the letter (*memoryless*: the state is the sum of the current inputs), {memoryless:,} of these "
         f"genomes balance the pole; if the state *accumulates* its inputs, {accumulating:,} do. The paper reports "
-        "successes with (2,3), so only the accumulating reading can be meant: this is the evidence for `neuron: accumulating`."
+        "successes with (2,3), so only the accumulating reading can be meant: this is the evidence for `neuron: "
+        "accumulating`."
     )
 
 

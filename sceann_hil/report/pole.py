@@ -52,8 +52,8 @@ def tables_section(page: Page, study: StudyData) -> list[Claim]:
                 f"T {number}",
                 f"The success rates of Table {number} agree with ours (95 % interval of each difference contains 0).",
                 Verdict.DOES_NOT_HOLD if outside else Verdict.HOLDS,
-                f"{len(keys) - len(outside)} of {len(keys)} entries agree{names}; all entries with N_h of {_LARGE} or more "
-                f"together: paper {percent(wilson(*theirs))} %, ours {percent(wilson(*ours))} %, p = "
+                f"{len(keys) - len(outside)} of {len(keys)} entries agree{names}; all entries with N_h of {_LARGE} "
+                f"or more together: paper {percent(wilson(*theirs))} %, ours {percent(wilson(*ours))} %, p = "
                 f"{fisher(ours, theirs):.2g}",
             )
         )

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 WHAT_THIS_IS = (
     "Every table, figure and claim of Y. Katada and J. Nakazawa, *Investigation of Simply Coded Evolutionary "
-    "Artificial Neural Networks on Robot Control Problems*, computed again with SCEANN-Q10 "
-    "controllers in simulated bodies. This page was written by `sceann report`; nothing in it was typed in by hand except the paper's own numbers."
+    "Artificial Neural Networks on Robot Control Problems*, computed again with SCEANN-Q10 controllers in simulated "
+    "bodies. This page was written by `sceann report`; nothing in it was typed in by hand except the paper's own "
+    "numbers."
 )
 
 HOW_CLAIMS_ARE_TESTED = (
@@ -17,8 +18,8 @@ HOW_CLAIMS_ARE_TESTED = (
 
 READINGS = (
     "**Neuron.** Eq. (1) has no memory, but the text speaks of successive inputs and of a state that is reset. Here "
-    "the state accumulates its inputs and is reset to 0 beyond 8 (`neuron: accumulating`); the section on exact landscapes "
-    "shows why.",
+    "the state accumulates its inputs and is reset to 0 beyond 8 (`neuron: accumulating`); the section on exact "
+    "landscapes shows why.",
     "**OGA.** The paper refers to the operon-GA without defining it. Ours is a reconstruction, OGA-R, in which every "
     "ambiguity is a named option. Its default was chosen with the claim *OGA above SGA* in view, on other seeds; the "
     "sensitivity study shows every alternative, and an SGA with the OGA's tournament as control.",
