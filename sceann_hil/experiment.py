@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import os
 import platform
-import shutil
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -25,7 +24,7 @@ from sceann_hil.config import ExperimentConfig, dump_config, parse_config
 from sceann_hil.errors import RunExists
 from sceann_hil.evaluator import Evaluator, Phenotype, Stopped
 from sceann_hil.evolution import Algorithm, State
-from sceann_hil.journal import GenerationRow, IndividualRow, Journal, RunLock
+from sceann_hil.journal import LOCK_NAME, GenerationRow, IndividualRow, Journal, RunLock
 from sceann_hil.robot import Robot
 from sceann_hil.seeds import Purpose, generator
 
@@ -78,8 +77,10 @@ class Experiment:
         self.directory = directory
         self.journal = journal
         self._lock = lock
-        row = journal.reader.run()
-        self.config: ExperimentConfig = parse_config(row.config, f"{directory}: journalled configuration")
+        text = journal.reader.run().config
+        self.config: ExperimentConfig = parse_config(text, f"{directory}: journalled configuration")
+        if not (directory / CONFIG_NAME).exists():
+            (directory / CONFIG_NAME).write_text(text, encoding="utf-8")
 
     @classmethod
     def create(cls, config: ExperimentConfig, directory: Path) -> Self:
@@ -88,7 +89,7 @@ class Experiment:
         Raises:
             RunExists: there is something at `directory`.
         """
-        if directory.exists() and not (directory.is_dir() and not any(directory.iterdir())):
+        if directory.exists() and not _is_free(directory):
             raise RunExists(
                 f"{directory} exists already; nothing was overwritten.",
                 "Choose another --out, or `sceann resume` it if it is a run.",
@@ -96,18 +97,15 @@ class Experiment:
         directory.mkdir(parents=True, exist_ok=True)
         lock = RunLock(directory)
         try:
-            text = dump_config(config)
-            (directory / CONFIG_NAME).write_text(text, encoding="utf-8")
             journal = Journal.create(
                 directory,
                 name=config.name or directory.name,
                 root_seed=config.seed,
-                config=text,
+                config=dump_config(config),
                 versions=_versions(),
             )
         except BaseException:
             lock.release()
-            shutil.rmtree(directory, ignore_errors=True)
             raise
         return cls(directory, lock, journal)
 
@@ -156,15 +154,15 @@ class Experiment:
         self.journal.note("resumed" if begun else "started", f"process {os.getpid()}")
         try:
             for number, state in self._generations(algorithm):
-                if stop() is not StopRequest.NONE:
-                    self.journal.note("stopped", "after a generation, as asked", number)
-                    return Outcome.STOPPED_AFTER_GENERATION
                 started = time.monotonic()
                 evaluation = evaluator.evaluate(number, algorithm.ask(state))
                 self.journal.finish_generation(
                     number, evaluation.fitness, time.monotonic() - started, evaluation.success_rate
                 )
                 report(self._progress(number, evaluation.fitness.size * task.n_trials))
+                if stop() is StopRequest.AFTER_GENERATION and number < self.config.algorithm.generations:
+                    self.journal.note("stopped", "after a generation, as asked", number)
+                    return Outcome.STOPPED_AFTER_GENERATION
         except Stopped:
             self.journal.note("stopped", "before a trial, as asked")
             return Outcome.STOPPED_NOW
@@ -223,6 +221,11 @@ class Experiment:
         if row is None or champion is None:
             raise RuntimeError(f"generation {number} was finished and is not in the journal")
         return Progress(row, self.config.algorithm.generations, trials, champion)
+
+
+def _is_free(directory: Path) -> bool:
+    """An empty folder, or what is left of a run that was killed before it began."""
+    return directory.is_dir() and all(path.name == LOCK_NAME or Journal.is_unborn(path) for path in directory.iterdir())
 
 
 def _versions() -> dict[str, str]:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from backends.simulation.gap import MAX_LATENCY_STEPS, Gap, Spread
 from sceann_hil.plugins import Misfit, Section
@@ -16,11 +16,16 @@ class UniformSpread(Section):
     uniform: tuple[float, float]
     """Smallest and largest value."""
 
+    @model_validator(mode="after")
+    def _right_way_up(self) -> Self:
+        low, high = self.uniform
+        if low > high:
+            raise ValueError(f"uniform: expected [smallest, largest], got [{low:g}, {high:g}]")
+        return self
+
     def spread(self) -> Spread:
         """The same for the simulation."""
         low, high = self.uniform
-        if low > high:
-            raise Misfit(f"uniform: expected [smallest, largest], got [{low:g}, {high:g}]")
         return Spread(centre=(low + high) / 2.0, half_width=(high - low) / 2.0)
 
 
@@ -60,7 +65,7 @@ class GapConfig(Section):
         """The same for the simulation.
 
         Raises:
-            Misfit: a range is upside down, or a latency is not in 0..`MAX_LATENCY_STEPS`.
+            Misfit: a latency is not in 0..`MAX_LATENCY_STEPS`.
         """
         spreads = {name: _spread(getattr(self, name)) for name in type(self).model_fields}
         latency = spreads["latency_steps"]

@@ -176,19 +176,18 @@ class _Explainer:
 
     def _misfit(self, path: Path, error: Exception) -> Problem:
         """A model's own complaint, with the lines of all keys that it names."""
-        if not isinstance(error, Misfit):
-            key, colon, rest = str(error).partition(": ")
-            if colon and key in self._keys(path):
-                inside = (*path, key)
-                return Problem(self._document.place_of_value(inside), dotted(inside), rest)
-            return Problem(self._document.place_of_value(path), dotted(path), str(error))
-        keys: list[Path] = [(*path, *key.split(".")) for key in error.keys]
-        written = [key for key in keys if key in self._document.values]
-        place = self._document.place_of_value(written[0] if written else keys[0])
-        if len(keys) == 1:
-            return Problem(place, dotted(keys[0]), str(error))
+        named = error.keys if isinstance(error, Misfit) else ()
+        keys: list[Path] = [(*path, *key.split(".")) for key in named]
+        start, colon, rest = str(error).partition(": ")
+        if not keys and colon and start in self._keys(path):
+            keys = [(*path, start)]
+        if len(keys) < 2:
+            key = keys[0] if keys else path
+            message = rest if colon and keys and start == key[-1] else str(error)
+            return Problem(self._document.place_of_value(key), dotted(key), message)
+        place = next((self._document.values[key] for key in keys if key in self._document.values), None)
         names = [f"{dotted(key)} ({self._whereabouts(key)})" for key in keys]
-        return Problem(place, "", f"{' and '.join(names)}: {error}")
+        return Problem(place or self._document.place_of_value(path), "", f"{' and '.join(names)}: {error}")
 
     def _whereabouts(self, path: Path) -> str:
         return self._document.values[path].short if path in self._document.values else "by default"

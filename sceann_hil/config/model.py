@@ -91,24 +91,25 @@ class ExperimentConfig(Section):
             raise Misfit(str(error), sensors, "controller.n_hidden") from error
         with _blaming(self, "algorithm"):
             self.algorithm.build(self.genome_length)
-        try:
+        with _blaming(self, "task", "robot"):
             self.task.check(self.robot)
-        except Misfit:
-            raise
-        except ValueError as error:
-            raise Misfit(str(error), "task.type", "robot.type") from error
         return self
 
 
 @contextmanager
-def _blaming(config: ExperimentConfig, section: str) -> Iterator[None]:
-    """Turn a ValueError about a section's values into a `Misfit` that names keys as seen from the top."""
+def _blaming(config: ExperimentConfig, section: str, *others: str) -> Iterator[None]:
+    """Turn a ValueError about a section's values into a `Misfit` that names keys as seen from the top.
+
+    A `Misfit` about several sections names its keys so already; an error that names no key is about all `type` keys.
+    """
     try:
         yield
-    except Misfit as error:
-        raise Misfit(error.message, *(f"{section}.{key}" for key in error.keys)) from error
     except ValueError as error:
-        key, colon, rest = str(error).partition(": ")
-        if colon and key in type(getattr(config, section)).model_fields:
-            raise Misfit(rest, f"{section}.{key}") from error
-        raise Misfit(str(error), section) from error
+        key = str(error).partition(": ")[0]
+        if isinstance(error, Misfit) and error.keys:
+            keys = error.keys if others else tuple(f"{section}.{key}" for key in error.keys)
+        elif key in type(getattr(config, section)).model_fields:
+            keys = (f"{section}.{key}",)
+        else:
+            keys = tuple(f"{name}.type" for name in (section, *others))
+        raise Misfit(str(error), *keys) from error

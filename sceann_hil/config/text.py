@@ -23,7 +23,6 @@ def dump_config(config: ExperimentConfig) -> str:
         Dumper=_Dumper,
         sort_keys=False,
         default_flow_style=False,
-        allow_unicode=True,
         width=2**30,
     )
 
@@ -71,7 +70,7 @@ def _leaves(value: Any, path: Path) -> Iterator[tuple[Path, Any]]:
 
 def _written(value: Any) -> str:
     """A value as one line of YAML."""
-    text: str = yaml.dump(value, Dumper=_Dumper, default_flow_style=True, allow_unicode=True, width=2**30)
+    text: str = yaml.dump(value, Dumper=_Dumper, default_flow_style=True, width=2**30)
     return text.removesuffix("\n").removesuffix("\n...")
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from sceann_hil.coding import Bits, genome_to_hex
 from sceann_hil.errors import RunExists
 from sceann_hil.journal.reader import JournalReader, open_database
-from sceann_hil.journal.schema import APPLICATION_ID, JOURNAL_NAME, SCHEMA, SCHEMA_VERSION
+from sceann_hil.journal.schema import APPLICATION_ID, JOURNAL_NAME, SCHEMA, SCHEMA_VERSION, UNBORN_NAME
 from sceann_hil.robot import EndReason, Results
 
 
@@ -81,8 +81,9 @@ class Journal:
         if path.exists():
             raise RunExists(f"{directory} already holds a run.", "Choose another --out, or `sceann resume` this run.")
         # the file gets its name only when it is whole: a process killed here leaves no half-made run
-        making = directory / f".{JOURNAL_NAME}.new"
-        making.unlink(missing_ok=True)
+        for leftover in filter(cls.is_unborn, directory.iterdir()):
+            leftover.unlink()
+        making = directory / UNBORN_NAME
         db = sqlite3.connect(making, isolation_level=None)
         db.executescript(f"BEGIN; {SCHEMA} PRAGMA application_id = {APPLICATION_ID};")
         db.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
@@ -94,6 +95,11 @@ class Journal:
         db.close()
         making.rename(path)
         return cls(directory)
+
+    @staticmethod
+    def is_unborn(path: Path) -> bool:
+        """True for a file that `create` leaves behind if it is killed; it holds nothing."""
+        return path.name.startswith(UNBORN_NAME)
 
     def begin_generation(
         self,

@@ -14,6 +14,12 @@ class Uniform(Section):
     uniform: tuple[float, float]
     """Lowest and highest value."""
 
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        if self.uniform[0] > self.uniform[1]:
+            raise ValueError(f"uniform: expected [lowest, highest], got {list(self.uniform)}")
+        return self
+
 
 class Normal(Section):
     normal: tuple[float, float]
@@ -30,6 +36,14 @@ class Gap(Section):
     """Factor on every motor."""
     latency_steps: Annotated[int, Field(ge=0)] = 0
     """Steps by which sensors are late."""
+
+    @model_validator(mode="after")
+    def _not_everything_late(self) -> Self:
+        if self.latency_steps > 100:
+            raise Misfit(f"latency_steps: expected at most 100, got {self.latency_steps}", "latency_steps")
+        if self.latency_steps == 99:
+            raise Misfit("ninety-nine is too beautiful")
+        return self
 
 
 class RoverConfig(RobotConfig):

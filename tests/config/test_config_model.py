@@ -13,6 +13,8 @@ from sceann_hil.coding import NetworkSize
 from sceann_hil.config import parse_config
 from sceann_hil.controller import Dynamics, Neuron
 from sceann_hil.errors import ConfigError
+from sceann_hil.plugins import Misfit, RobotConfig
+from sceann_hil.robot import RobotSpec
 
 pytestmark = pytest.mark.usefixtures("bench")
 
@@ -59,3 +61,31 @@ def test_the_plugin_bases_import_nothing_of_the_framework() -> None:
     code = "import sys, sceann_hil.plugins; print(*sorted(m for m in sys.modules if m.startswith('sceann_hil')))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["sceann_hil", "sceann_hil.plugins"]
+
+
+@pytest.mark.parametrize(
+    ("error", "place", "message"),
+    [
+        (ValueError("n_sensors: expected fewer, got 7"), "good:2:33", "robot.n_sensors: expected fewer, got 7"),
+        (ValueError("it is too wet"), "good:2:15", "robot.type: it is too wet"),
+        (Misfit("it is too wet"), "good:2:15", "robot.type: it is too wet"),
+        (Misfit("tick_s: expected less", "tick_s"), "good:2:1", "robot.tick_s: expected less"),
+        (
+            Misfit("too much", "n_sensors", "gap.latency_steps"),
+            "good:2:33",
+            "robot.n_sensors (line 2) and robot.gap.latency_steps (by default): too much",
+        ),
+    ],
+)
+def test_a_robot_that_cannot_be_is_refused_at_its_keys(
+    error: ValueError, place: str, message: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import bench_plugins
+
+    def spec(_robot: RobotConfig) -> RobotSpec:
+        raise error
+
+    monkeypatch.setattr(bench_plugins.RoverConfig, "spec", property(spec))
+    with pytest.raises(ConfigError) as caught:
+        parse_config(GOOD, "good")
+    assert caught.value.message == f"{place}: {message}"

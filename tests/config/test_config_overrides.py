@@ -93,8 +93,8 @@ def test_a_setting_corrects_what_is_wrong_in_the_file(file: Path) -> None:
             "robot.n_sensors=21",
             "--set robot.n_sensors=21: "
             "robot.n_sensors (--set robot.n_sensors=21) and controller.n_hidden (line 6): "
-            "n_sensors + n_hidden + n_motors: expected at most 23 sources (a larger sum could overflow the 16-bit "
-            "neuron), got 21 + 2 + 2 = 25",
+            "n_sensors + n_hidden + n_motors: expected at most 23 sources (a larger sum could overflow the "
+            "16-bit neuron), got 21 + 2 + 2 = 25",
         ),
     ],
 )

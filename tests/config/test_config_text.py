@@ -23,6 +23,9 @@ ports = st.text(st.characters(exclude_categories=["Cs"]), max_size=20) | st.samp
         "yes",
         "null",
         "~",
+        "\x85",
+        "\u2028",
+        "a\n b\n",
         "1e-3",
         "0x1F",
         "0o17",
@@ -44,7 +47,8 @@ def configurations(draw: st.DrawFn) -> ExperimentConfig:
     import bench_plugins as bench
 
     pairs = st.tuples(numbers, numbers)
-    spreads = numbers | st.builds(bench.Uniform, uniform=pairs) | st.builds(bench.Normal, normal=pairs)
+    ranges = pairs.map(lambda pair: (min(pair), max(pair)))
+    spreads = numbers | st.builds(bench.Uniform, uniform=ranges) | st.builds(bench.Normal, normal=pairs)
     return ExperimentConfig(
         name=draw(st.none() | st.from_regex(r"[A-Za-z0-9]([A-Za-z0-9 ._-]{0,78}[A-Za-z0-9])?", fullmatch=True)),
         seed=draw(st.integers(0, 2**63 - 1)),

@@ -12,6 +12,7 @@ import yaml
 
 from sceann_hil.coding import Coding, NetworkSize
 from sceann_hil.config import load_config, parse_config, schema_text
+from sceann_hil.experiment import Experiment
 
 CONFIGS = Path(__file__).parent.parent.parent / "configs"
 FILES = sorted(CONFIGS.rglob("*.yaml"))
@@ -70,3 +71,11 @@ def test_the_conditions_are_those_of_the_paper(file: str, size: NetworkSize) -> 
     assert config.size == size
     assert config.controller.coding is Coding.SCEANN3
     assert (config.algorithm.population, config.algorithm.generations) == (25, 50)
+
+
+def test_the_quick_start_solves_its_task(tmp_path: Path) -> None:
+    config = load_config(CONFIGS / "quickstart.yaml")
+    best: list[float] = []
+    with Experiment.create(config, tmp_path / "run") as experiment, config.robot.build() as robot:
+        experiment.evolve(robot, lambda progress: best.append(progress.champion.fitness))
+    assert max(best) == config.task.build().best_fitness
