@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from datetime import datetime
 from functools import partial
 from pathlib import Path
@@ -32,6 +32,7 @@ from sceann_hil.commands.arguments import (
     print_json,
 )
 from sceann_hil.commands.progress import show_progress
+from sceann_hil.commands.recording import Record, RecordChoice, recorded
 from sceann_hil.config import dump_config, load_config, parse_config
 from sceann_hil.errors import ExitCode
 from sceann_hil.experiment import Experiment, Outcome, StopRequest
@@ -51,6 +52,7 @@ def evolve(
     ] = None,
     seed: Seed = None,
     overrides: Overrides = None,
+    record: Record = RecordChoice.ALL,
     operator: OperatorOption = None,
     budget_robot: BudgetRobot = None,
     budget_wall: BudgetWall = None,
@@ -67,11 +69,12 @@ def evolve(
     more = more_of(budget_robot, budget_wall, budget_trials)
     directory = out or Path("runs") / f"{config.stem}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
     with Experiment.create(settings, directory) as experiment:
-        _run(experiment, as_json, more=more)
+        _run(experiment, record, as_json, more=more)
 
 
 def resume(
     directory: RunDirectory,
+    record: Record = RecordChoice.ALL,
     operator: OperatorOption = None,
     budget_robot: BudgetRobot = None,
     budget_wall: BudgetWall = None,
@@ -84,32 +87,40 @@ def resume(
     """
     more = more_of(budget_robot, budget_wall, budget_trials)
     with Experiment.open(directory) as experiment:
-        _run(experiment, as_json, operator=operator, more=more)
+        _run(experiment, record, as_json, operator=operator, more=more)
 
 
 def _run(
-    experiment: Experiment, as_json: bool, *, operator: str | None = None, more: dict[str, float] | None = None
+    experiment: Experiment,
+    record: RecordChoice,
+    as_json: bool,
+    *,
+    operator: str | None = None,
+    more: dict[str, float] | None = None,
 ) -> None:
     console = Console(stderr=True, highlight=False)
-    started = time.monotonic()
     settings = experiment.config.operator
     if operator is not None:
         text = dump_config(experiment.config)
         settings = parse_config(text, str(experiment.directory), operator_override(operator)).operator
-    with experiment.config.robot.build() as robot:
-        last = experiment.config.algorithm.generations
+    robot = experiment.config.robot.build()
+    with ExitStack() as connected:
+        with console.status(f"Getting {robot.spec.name} ready (compiled once, which takes some seconds)..."):
+            connected.enter_context(robot)
+        connected.enter_context(recorded(console, experiment.directory, record))
+        started = time.monotonic()
         with (
             _stop_on_interrupt(console) as stop,
-            show_progress(console, last) as report,
+            show_progress(console, experiment.config.algorithm.generations) as report,
             beside(robot, settings, partial(_show, console), lambda: stop() is StopRequest.NOW) as desk,
         ):
             outcome = experiment.evolve(robot, report, stop, desk, experiment.extended(more or {}))
-    evolved_s = time.monotonic() - started
+        evolved_s = time.monotonic() - started
     summary = _summary(experiment, outcome, evolved_s)
     if as_json:
         print_json(summary)
     else:
-        _print_summary(Console(highlight=False), summary)
+        _print_summary(Console(highlight=False), summary, record)
     if outcome is Outcome.STOPPED_AFTER_GENERATION:
         raise typer.Exit(ExitCode.INTERRUPTED)
     if outcome is Outcome.STOPPED_NOW:
@@ -166,7 +177,7 @@ def _summary(experiment: Experiment, outcome: Outcome, evolved_s: float) -> dict
     }
 
 
-def _print_summary(console: Console, summary: dict[str, Any]) -> None:
+def _print_summary(console: Console, summary: dict[str, Any], record: RecordChoice) -> None:
     directory, champion = summary["directory"], summary["champion"]
     table = Table(show_header=False, title=f"Run {directory}: {summary['outcome'].replace('_', ' ')}")
     table.add_row("generations", f"{summary['generations']}")
@@ -176,6 +187,7 @@ def _print_summary(console: Console, summary: dict[str, Any]) -> None:
         table.add_row("its genome", champion["genome"])
     console.print(table)
     follow = ["status"] if summary["outcome"] == "finished" else ["resume", "status"]
+    follow += [] if record is RecordChoice.NONE else ["view"]
     reason = summary["why_stopped"]
     if reason:
         console.print(f"It stopped because {reason}.", soft_wrap=True)
