@@ -129,8 +129,12 @@ class RemoteRobot(Robot):
             self._body.robot.connect()
             self._body.prepare()
         self._reach()
-        self._check_descriptor()
-        self._rest()
+        try:
+            self._check_descriptor()
+            self._rest()
+        except BaseException:
+            self._hang_up()
+            raise
 
     def _reach(self) -> None:
         deadline = time.monotonic() + self._settings.reconnect_s

@@ -1,0 +1,38 @@
+"""Robots of the posix board for the tests of `backends.remote`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from backends.cartpole import CartPole
+from backends.emulation.body import VirtualBody
+from backends.emulation.faulty_line import FaultyLine
+from backends.emulation.posix import PosixBoard
+from backends.emulation.virtual_posix import VirtualPosix
+
+
+@pytest.fixture
+def board() -> Iterator[PosixBoard]:
+    """A board without a body, for mode hil."""
+    with PosixBoard(terminal=True) as board:
+        yield board
+
+
+@pytest.fixture
+def virtual() -> Iterator[VirtualPosix]:
+    """A cart with a pole."""
+    with VirtualPosix(VirtualBody(CartPole())) as virtual:
+        yield virtual
+
+
+@pytest.fixture
+def bad_board(tmp_path: Path) -> Iterator[tuple[PosixBoard, FaultyLine]]:
+    """A board without a body whose store survives, at the end of a bad cable."""
+    with PosixBoard(store=tmp_path / "eeprom") as board:
+        assert board.line is not None
+        line = FaultyLine(board.line.socket, tmp_path / "port")
+        yield board, line
+        line.close()
