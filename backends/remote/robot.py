@@ -91,6 +91,7 @@ class RemoteRobot(Robot):
         self._link: RobotLink | None = None
         self._descriptor: Descriptor | None = None
         self._loaded: bytes | None = None
+        self._in_doubt = False
         self._complaint = ""
 
     @property
@@ -138,7 +139,7 @@ class RemoteRobot(Robot):
 
     def _reach(self) -> None:
         deadline = time.monotonic() + self._settings.reconnect_s
-        self._loaded = None
+        self._loaded, self._in_doubt = None, False
         while True:
             self._hang_up()
             try:
@@ -237,6 +238,7 @@ class RemoteRobot(Robot):
             return self._attempt(trials)
         except LinkError as error:
             self._complaint = str(error)
+            self._in_doubt = True
             self.make_safe(str(error))
             return Results.void(1, EndReason.LINK_LOST, len(spec.state_fields))
         except BaseException:
@@ -245,10 +247,19 @@ class RemoteRobot(Robot):
 
     def _make_ready(self, trials: Trials) -> None:
         """Network loaded, robot at its start; nothing has moved yet, so all of it may simply be tried again."""
+        self._load_or_reach(trials)
         if self._settings.rig_address is not None:
+            # only now: a robot that could not be reached may still have been driving
             start = dict(zip(self._spec.start_fields, trials.starts[0].tolist(), strict=True))
             rig.place(self._settings.rig_address, start)
+
+    def _load_or_reach(self, trials: Trials) -> None:
         try:
+            if self._in_doubt:
+                # it may have restarted, and then remembers neither us nor its network
+                self._loaded = None
+                self.link.hello(1.5)
+                self._in_doubt = False
             self._load(trials)
         except Refused as refused:
             if refused.status is not Status.NO_SESSION:

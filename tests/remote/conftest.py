@@ -36,3 +36,13 @@ def bad_board(tmp_path: Path) -> Iterator[tuple[PosixBoard, FaultyLine]]:
         line = FaultyLine(board.line.socket, tmp_path / "port")
         yield board, line
         line.close()
+
+
+@pytest.fixture
+def bad_robot(tmp_path: Path) -> Iterator[tuple[VirtualPosix, FaultyLine]]:
+    """A cart with a pole at the end of a bad cable."""
+    with VirtualPosix(VirtualBody(CartPole()), store=tmp_path / "eeprom", terminal=False) as virtual:
+        assert virtual.board.line is not None
+        line = FaultyLine(virtual.board.line.socket, tmp_path / "port")
+        yield virtual, line
+        line.close()

@@ -24,6 +24,16 @@ def hil_robot(port: object, reconnect_s: float = 5.0) -> str:
     )
 
 
+def real_robot(virtual: VirtualPosix, port: object, mode: str = "onboard", reconnect_s: float = 5.0) -> str:
+    """The ``robot`` section of the virtual cart-pole, which a rig puts back."""
+    assert virtual.rig is not None
+    return (
+        f"{{type: remote, port: {port}, mode: {mode}, n_sensors: 2, n_motors: 1, tick_s: 0.02, bumper: fell, "
+        f"start_fields: [x_m, velocity_m_s, angle_rad, angular_velocity_rad_s], rig: '{virtual.rig.address}', "
+        f"reconnect_s: {reconnect_s}}}"
+    )
+
+
 def pole_run(robot: str, population: int = 6, generations: int = 2, max_steps: int = 60) -> str:
     """A small experiment."""
     return f"""
@@ -53,18 +63,20 @@ def pole_trials(n: int, max_steps: int, first_id: int = 1, seed: int = 0) -> Tri
 def virtual_config(virtual: VirtualPosix, mode: str, **more: object) -> RemoteConfig:
     """How a host sees the virtual cart-pole."""
     return RemoteConfig.model_validate_json(
-        json.dumps({
-            "port": virtual.port,
-            "mode": mode,
-            "n_sensors": 2,
-            "n_motors": 1,
-            "tick_s": 0.02,
-            "start_fields": CartPole().spec.start_fields,
-            "rig": virtual.rig.address if virtual.rig is not None else None,
-            "bumper": "fell",
-            "reconnect_s": 5.0,
-            **more,
-        })
+        json.dumps(
+            {
+                "port": virtual.port,
+                "mode": mode,
+                "n_sensors": 2,
+                "n_motors": 1,
+                "tick_s": 0.02,
+                "start_fields": CartPole().spec.start_fields,
+                "rig": virtual.rig.address if virtual.rig is not None else None,
+                "bumper": "fell",
+                "reconnect_s": 5.0,
+                **more,
+            }
+        )
     )
 
 
