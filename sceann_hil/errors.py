@@ -38,6 +38,7 @@ class ExitCode(IntEnum):
     RUN_IS_DAMAGED = 14, "The run's journal cannot be read."
     RECORDING_IS_DAMAGED = 15, "A recording is cut off or unreadable; it can be made again from the journal."
     REPLAY_DIFFERS = 16, "A replayed trial did not give the journalled bits."
+    VIEWER_UNAVAILABLE = 17, "The viewer cannot run here: no display or no graphics driver."
     DISK_FULL = 20, "No space left; what was journalled so far is safe and can be resumed."
     CANNOT_WRITE = 21, "A place cannot be written to."
     LINK = 30, "The robot cannot be reached; the run is paused and can be resumed."
@@ -123,6 +124,12 @@ class ReplayDiffers(UserError):
     """A replay did not give the journalled bits."""
 
     exit_code = ExitCode.REPLAY_DIFFERS
+
+
+class ViewerUnavailable(UserError):
+    """The viewer cannot run on this machine."""
+
+    exit_code = ExitCode.VIEWER_UNAVAILABLE
 
 
 class DiskFull(UserError):

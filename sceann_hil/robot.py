@@ -121,6 +121,20 @@ class Trials:
     ids: NDArray[np.int64]
     run_id: int = 0
 
+    @classmethod
+    def none(cls, size: NetworkSize, n_start: int) -> Self:
+        """No trials at all, of the right types."""
+        return cls(
+            size=size,
+            dynamics=Dynamics(),
+            weights=np.zeros((0, size.n_neurons, size.n_sources), np.int8),
+            genome_index=np.zeros(0, np.int32),
+            starts=np.zeros((0, n_start)),
+            keys=np.zeros(0, np.uint64),
+            max_steps=1,
+            ids=np.zeros(0, np.int64),
+        )
+
     def __len__(self) -> int:
         return len(self.genome_index)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from datetime import datetime
 from pathlib import Path
 from types import FrameType
@@ -61,7 +61,12 @@ def resume(directory: RunDirectory, as_json: AsJson = False) -> None:
 def _run(experiment: Experiment, as_json: bool) -> None:
     console = Console(stderr=True, highlight=False)
     started = time.monotonic()
-    with experiment.config.robot.build() as robot:
+    robot = experiment.config.robot.build()
+    with ExitStack() as connected:
+        with console.status(
+            f"Getting {robot.spec.name} ready (a simulated body is compiled once, for some seconds)..."
+        ):
+            connected.enter_context(robot)
         last = experiment.config.algorithm.generations
         with _stop_on_interrupt(console) as stop, show_progress(console, last) as report:
             outcome = experiment.evolve(robot, report, stop)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sceann_hil.coding import Bits, genome_from_hex
 from sceann_hil.errors import NotARun, RunIsDamaged, RunIsNewer
-from sceann_hil.journal.schema import APPLICATION_ID, JOURNAL_NAME, SCHEMA_VERSION
+from sceann_hil.journal.schema import APPLICATION_ID, JOURNAL_NAME, SCHEMA_VERSION, UNBORN_NAME
 from sceann_hil.journal.sensors import TRACE_FORMAT, unpack_sensors
 from sceann_hil.robot import EndReason
 
@@ -99,6 +99,11 @@ def open_database(directory: Path, *, write: bool) -> sqlite3.Connection:
         RunIsDamaged: SQLite cannot read it.
     """
     path = directory / JOURNAL_NAME
+    if not path.is_file() and any(directory.glob(f"{UNBORN_NAME}*")):
+        raise NotARun(
+            f"{directory} is not a run: its process ended before the run began.",
+            "Start it again with `sceann evolve`, with the same --out.",
+        )
     if not path.is_file():
         what = "has no journal" if directory.is_dir() else "does not exist"
         raise NotARun(

@@ -17,11 +17,9 @@ from numpy.typing import NDArray
 from sceann_hil.coding import Bits, genome_to_hex
 from sceann_hil.errors import RunExists
 from sceann_hil.journal.reader import JournalReader, open_database
-from sceann_hil.journal.schema import APPLICATION_ID, JOURNAL_NAME, SCHEMA, SCHEMA_VERSION
+from sceann_hil.journal.schema import APPLICATION_ID, JOURNAL_NAME, SCHEMA, SCHEMA_VERSION, UNBORN_NAME
 from sceann_hil.journal.sensors import TRACE_FORMAT, pack_sensors
 from sceann_hil.robot import EndReason, Results
-
-_UNBORN = f".{JOURNAL_NAME}.new"
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +84,7 @@ class Journal:
         # the file gets its name only when it is whole: a process killed here leaves no half-made run
         for leftover in filter(cls.is_unborn, directory.iterdir()):
             leftover.unlink()
-        making = directory / _UNBORN
+        making = directory / UNBORN_NAME
         db = sqlite3.connect(making, isolation_level=None)
         db.executescript(f"BEGIN; {SCHEMA} PRAGMA application_id = {APPLICATION_ID};")
         db.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
@@ -102,7 +100,7 @@ class Journal:
     @staticmethod
     def is_unborn(path: Path) -> bool:
         """True for a file that `create` leaves behind if it is killed; it holds nothing."""
-        return path.name.startswith(_UNBORN)
+        return path.name.startswith(UNBORN_NAME)
 
     def begin_generation(
         self,
