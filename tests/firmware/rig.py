@@ -74,9 +74,9 @@ class Rig:
         def matches(message: Message) -> bool:
             return message.name == name and all(message.signals[key] == value for key, value in signals.items())
 
-        kept = list(self.client.events)
-        self.client.events.clear()
-        for message in kept:
+        events = self.client.events
+        while events:
+            message = events.popleft()
             if matches(message):
                 return message
         end = time.monotonic() + timeout_s
