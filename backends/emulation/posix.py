@@ -60,7 +60,7 @@ class BoardRecord:
 
 
 class PosixBody:
-    """The far end of a posix board's pins. A body answers every QUERY within 20 ms."""
+    """The far end of a posix board's pins. A body answers every QUERY within 100 ms."""
 
     def __init__(self, end: socket.socket) -> None:
         self.socket = end

@@ -14,7 +14,7 @@ from sceann_hil.firmware.client import Message, Mode, Op, RobotClient, Telemetry
 from sceann_hil.firmware.image import ControllerImage
 
 N_SENSORS, N_MOTORS = 3, 2
-TICK_S = 0.005
+TICK_S = 0.02
 STATE = {"IDLE": 1, "LOADED": 2, "ARMED": 3, "RUNNING": 4, "SAFE": 5, "ESTOP": 6}
 REASON = {"MAX_TICKS": 0, "LINK_LOST": 16, "BATTERY": 17, "FAULT": 19, "ESTOP": 20, "OVERRUN": 21, "STOPPED": 32, "BUMPER": 33}
 SENSORS = [100, 500, 900]
@@ -68,7 +68,7 @@ class Rig:
         client.start(trial_id, max_ticks, mode, TICK_S, Telemetry(telemetry))
         return client
 
-    def wait_for(self, name: str, timeout_s: float = 2.0, heartbeat: bool = True, **signals: int) -> Message:
+    def wait_for(self, name: str, timeout_s: float = 5.0, heartbeat: bool = True, **signals: int) -> Message:
         """The next message of this name with these signals, with heartbeats meanwhile."""
 
         def matches(message: Message) -> bool:
@@ -88,7 +88,7 @@ class Rig:
                     return message
         raise AssertionError(f"no {name} {signals} within {timeout_s} s")
 
-    def until(self, condition: Callable[[], bool], timeout_s: float = 2.0, heartbeat: bool = True) -> None:
+    def until(self, condition: Callable[[], bool], timeout_s: float = 5.0, heartbeat: bool = True) -> None:
         end = time.monotonic() + timeout_s
         while not condition():
             assert time.monotonic() < end, "the condition never came true"

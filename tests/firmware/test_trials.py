@@ -31,21 +31,22 @@ def refusal(client: RobotClient, op: Op, **arguments: int) -> Status:
     return refused.value.status
 
 
-START = {"MaxTicks": 10, "TickPeriod": 50, "Telemetry": 0}
+START = {"MaxTicks": 10, "TickPeriod": 200, "Telemetry": 0}
 
 
 class TestOnboard:
     def test_drives_what_the_reference_computes_and_reports_its_hash(self, rig: Rig) -> None:
-        rig.start(max_ticks=40)
+        rig.start(max_ticks=25)
         end = rig.wait_for("End").signals
         controller, states = an_image().controller(), []
         expected = []
-        for _ in range(40):
+        for _ in range(25):
             expected.append(tuple(int(x) for x in controller.step(np.array(SENSORS))))
             states.append(controller.u.copy())
+        rig.until(rig.motors_are_safe)
         assert rig.driven() == expected
-        assert end == {"TrialId": 1, "Reason": REASON["MAX_TICKS"], "Ticks": 40, "StateHash": state_hash(states)}
-        assert rig.motors_are_safe()
+        assert end == {"TrialId": 1, "Reason": REASON["MAX_TICKS"], "Ticks": 25, "StateHash": state_hash(states)}
+        rig.until(rig.motors_are_safe)
 
     def test_telemetry_carries_sensors_states_and_motors_of_each_tick(self, rig: Rig) -> None:
         client = rig.start(max_ticks=20, telemetry=Telemetry.SENSE | Telemetry.DRIVE | Telemetry.STATES)
@@ -76,7 +77,7 @@ class TestOnboard:
         rig.until(lambda: len(rig.driven()) > 3)
         client.request(Op.STOP)
         assert rig.wait_for("End").signals["Reason"] == REASON["STOPPED"]
-        assert rig.motors_are_safe()
+        rig.until(rig.motors_are_safe)
 
 
 class TestLinkLoss:
@@ -90,7 +91,7 @@ class TestLinkLoss:
         started = rig.records[0].time_us
         reason = rig.wait_for("End", heartbeat=False).signals["Reason"]
         assert reason == (REASON["LINK_LOST"] if mode is Mode.ONBOARD else REASON["OVERRUN"])
-        assert rig.motors_are_safe()
+        rig.until(rig.motors_are_safe)
         assert (rig.last_output().time_us - started) & 0xFFFFFFFF < 1_000_000
         assert rig.wait_for("Heartbeat").signals["State"] == STATE["SAFE"]
 
@@ -141,7 +142,7 @@ class TestStops:
         rig.until(lambda: len(rig.driven()) > 3)
         client.send("Estop")
         assert rig.wait_for("End").signals["Reason"] == REASON["ESTOP"]
-        assert rig.motors_are_safe()
+        rig.until(rig.motors_are_safe)
         assert refusal(client, Op.ARM) is Status.BAD_STATE
         assert rig.wait_for("Heartbeat").signals["State"] == STATE["ESTOP"]
         client.request(Op.CLEAR)
@@ -167,7 +168,7 @@ class TestStops:
         client = rig.start()
         rig.raise_alarm(alarm)
         assert rig.wait_for("End").signals["Reason"] == REASON[reason]
-        assert rig.motors_are_safe()
+        rig.until(rig.motors_are_safe)
         rig.wait_for("Heartbeat", State=STATE["LOADED"])
         assert refusal(client, Op.ARM) is Status.ALARM
 
@@ -175,7 +176,7 @@ class TestStops:
         rig.start()
         rig.mute = True
         assert rig.wait_for("End").signals["Reason"] in (REASON["FAULT"], REASON["OVERRUN"])
-        assert rig.motors_are_safe()
+        rig.until(rig.motors_are_safe)
 
     def test_the_watchdog_restarts_a_hanging_robot_with_its_motors_safe(self, rig: Rig) -> None:
         client = rig.start(max_ticks=10_000)
@@ -185,7 +186,7 @@ class TestStops:
         assert boot["Argument"] == 1  # the first start, before the trial
         boot = rig.wait_for("Event", Code=1).signals
         assert boot["Argument"] == 3
-        assert rig.motors_are_safe()
+        rig.until(rig.motors_are_safe)
         with pytest.raises(Refused) as refused:
             client.request(Op.ARM)
         assert refused.value.status is Status.NO_SESSION
@@ -436,7 +437,7 @@ class TestPowerCycle:
         rig.board.power_off()
         rig.records.clear()
         rig.board.power_on()
-        rig.until(lambda: len(rig.driven()) > 20, timeout_s=5.0, heartbeat=False)
+        rig.until(lambda: len(rig.driven()) > 20, timeout_s=8.0, heartbeat=False)
         controller = an_image().controller()
         expected = [tuple(int(x) for x in controller.step(np.array(SENSORS))) for _ in range(20)]
         assert rig.driven()[:20] == expected

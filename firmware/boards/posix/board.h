@@ -28,7 +28,7 @@ void line_wait(uint32_t timeout_us);
  * 'S' safe output, 'Q' sensors please (answered by 'A').
  * Body to board, 32 bytes: kind, 0, alarms u16 (SCEANN_ALARM_...), battery in mV u16, sensors 12 x u16, 2 zeros. Kinds:
  * 'A' the answer to 'Q', 'V' values sent unasked (a bumper that is hit between two ticks).
- * A body that leaves 'Q' unanswered for 20 ms is board fault 1. */
+ * A body that leaves 'Q' unanswered for 100 ms is board fault 1. */
 
 #define BODY_TO_BYTES 16
 #define BODY_FROM_BYTES 32

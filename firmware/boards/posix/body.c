@@ -8,7 +8,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#define ANSWER_US 20000
+#define ANSWER_US 100000
 #define FAULT_SILENT_BODY 1u
 #define FROM_SENSORS 6                 /* where the sensors stand in a record from the body */
 
