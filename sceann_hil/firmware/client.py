@@ -195,7 +195,7 @@ class RobotClient:
     def send(self, name: str, signals: dict[str, int] | None = None, length: int | None = None) -> None:
         """Packs and sends a message of the DBC (raw values), cut to `length` bytes."""
         message = database().get_message_by_name(name)
-        data = bytes(message.encode(signals or {}, scaling=False)) if message.length else b""
+        data = bytes(message.encode(signals or {}, scaling=False, strict=False)) if message.length else b""
         identifier = message.frame_id + (self.node - 1 if message.frame_id else 0)
         self._line.write(encode_frame(identifier, data[:length]))
 

@@ -44,7 +44,7 @@ class Optimize(StrEnum):
     SPEED = "speed"
     """Straight-line code, full sigmoid table."""
     SIZE = "size"
-    """Packed weights, half a sigmoid table."""
+    """Packed weights and a loop, half a sigmoid table."""
 
 
 def checked_name(name: str) -> str:
@@ -146,14 +146,14 @@ def _table(declaration: str, values: list[int]) -> str:
     return declaration + " = {\n" + "\n".join([*lines, line.rstrip(",")]) + "\n};\n"
 
 
-_FULL_NEURON = r"""
+_NEURON = r"""
 /* The refractory reset and the sigmoid: u in the low half, x in the high half. Beyond +-8192 u becomes 0@silent.
- * x = T[k] + ((T[k+1] - T[k]) f + 64 >> 7) with u + 8192 = 128 k + f; the bytes of twice that are k and 2 f. */
+ * x = T[k] + ((T[k+1] - T[k]) f + 64 >> 7) with u + 8192 = 128 k + f; the bytes of twice that are k and 2 f.@table_note */
 #ifdef NAME_AVR_ASSEMBLER
 static __attribute__((noinline, unused)) uint32_t @name_neuron(uint16_t sum)
 {
     uint32_t v;
-    uint16_t z;
+    uint16_t z@more_words;
     uint8_t f, t, keep;
     __asm__("movw %A[z], %A[sum] \n\t"
             "movw %A[v], %A[z] \n\t"
@@ -170,21 +170,13 @@ static __attribute__((noinline, unused)) uint32_t @name_neuron(uint16_t sum)
             "mov %[f], %A[v] \n\t"
             "lsl %[f] \n\t"
             "rol %A[z] \n\t"                     /* k */
-            "clr %B[z] \n\t"
-            "lsl %A[z] \n\t"
-            "rol %B[z] \n\t"
-            "subi %A[z], lo8(-(%[table])) \n\t"
-            "sbci %B[z], hi8(-(%[table])) \n\t"
-            "lpm %C[v], Z+ \n\t"
-            "lpm %D[v], Z+ \n\t"
-            "lpm %[t], Z \n\t"
-            "sub %[t], %C[v] \n\t"
+@look_up
             "mul %[t], %[f] \n\t"
             "lsl r0 \n\t"
             "adc %C[v], r1 \n\t"
             "clr r1 \n\t"
             "adc %D[v], r1@masked"
-            : [v] "=r"(v), [z] "=&z"(z), [f] "=&r"(f), [t] "=&d"(t), [keep] "=&r"(keep)
+            : [v] "=r"(v), [z] "=&z"(z), [f] "=&r"(f), [t] "=&d"(t), [keep] "=&r"(keep)@more_outputs
             : [sum] "r"(sum), [table] "i"(@name_nodes)
             : "r0");
     return v;
@@ -193,43 +185,55 @@ static __attribute__((noinline, unused)) uint32_t @name_neuron(uint16_t sum)
 static inline uint32_t @name_neuron(uint16_t sum)
 {
     const uint32_t keep = 0u - (uint32_t)((uint16_t)(sum + 8192u) <= 16384u);
-    const uint32_t u = sum & keep, z2 = ((u + 8192u) & 0xFFFFu) << 1;
-    const uint32_t low = NAME_WORD(@name_nodes + (z2 >> 8)), high = NAME_WORD(@name_nodes + (z2 >> 8) + 1);
-    const uint32_t x = low + (((high - low) * (z2 & 0xFFu) + 128u) >> 8);
+    const uint32_t u = sum & keep, z2 = ((u + 8192u) & 0xFFFFu) << 1, k = z2 >> 8;
+@plain_look_up
+    const uint32_t x = low + ((slope * (z2 & 0xFFu) + 128u) >> 8);
     return u | @output << 16;
 }
 #endif
 """
 
-_LIMIT = """
-/* 0xFFFF, or 0 for a sum beyond +-8192: the refractory reset, without a branch */
-static inline uint16_t @name_keep(uint16_t sum)
-{
-    return (uint16_t)(0u - (uint16_t)((uint16_t)(sum + 8192u) <= 16384u));
-}
-"""
+_FULL_LOOK_UP = r"""            "clr %B[z] \n\t"
+            "lsl %A[z] \n\t"
+            "rol %B[z] \n\t"
+            "subi %A[z], lo8(-(%[table])) \n\t"
+            "sbci %B[z], hi8(-(%[table])) \n\t"
+            "lpm %C[v], Z+ \n\t"
+            "lpm %D[v], Z+ \n\t"
+            "lpm %[t], Z \n\t"
+            "sub %[t], %C[v] \n\t"               /* T[k+1] - T[k] */"""
 
-_HALF_SIGMOID = r"""
-/* T[k] of the whole table from its lower half: T[128 - k] = 1024 - T[k]; T[129] = T[128] */
-static inline uint16_t @name_node(uint8_t k)
-{
-    const uint8_t upper = (uint8_t)(0u - (unsigned)(k >> 6));         /* 0, or not: 64..129 */
-    const uint16_t mirror = upper != 0u ? 0xFFFFu : 0u;
-    const uint8_t at = upper != 0u ? (uint8_t)(128u - k) : k;
-    return (uint16_t)((NAME_WORD(@name_nodes + (at & 0x7Fu)) ^ mirror) + (1025u & mirror));
-}
+_PLAIN_FULL_LOOK_UP = """    const uint32_t low = NAME_WORD(@name_nodes + k), slope = NAME_WORD(@name_nodes + k + 1) - low;"""
 
-/* x = T[k] + ((T[k+1] - T[k]) f + 64 >> 7) with u + 8192 = 128 k + f; the bytes of twice that are k and 2 f */
-static inline uint16_t @name_sigmoid(uint16_t u)
-{
-    const uint16_t z2 = (uint16_t)((uint16_t)(u + 8192u) << 1);
-    const uint8_t k = (uint8_t)(z2 >> 8);
-    const uint16_t low = @name_node(k);
-    const uint8_t slope = (uint8_t)(@name_node((uint8_t)(k + 1u)) - low);
-    const uint16_t rise = (uint16_t)(slope * (uint16_t)(uint8_t)z2);
-    return (uint16_t)(low + (uint16_t)((uint16_t)(rise + 128u) >> 8));
-}
-"""
+_HALF_LOOK_UP = r"""            "mov %[t], %A[z] \n\t"
+            "subi %[t], 64 \n\t"
+            "sbc %[upper], %[upper] \n\t"
+            "com %[upper] \n\t"                  /* 0xFF for k >= 64, else 0 */
+            "eor %A[z], %[upper] \n\t"
+            "mov %[t], %[upper] \n\t"
+            "andi %[t], 0x80 \n\t"
+            "add %A[z], %[t] \n\t"
+            "inc %A[z] \n\t"                     /* k + 1 or 128 - k */
+            "lsl %A[z] \n\t"
+            "clr %B[z] \n\t"
+            "subi %A[z], lo8(-(%[table])) \n\t"
+            "sbci %B[z], hi8(-(%[table])) \n\t"
+            "lpm %C[v], Z+ \n\t"
+            "lpm %D[v], Z+ \n\t"
+            "lpm %A[top], Z+ \n\t"
+            "lpm r0, Z \n\t"
+            "mov %[t], %A[top] \n\t"
+            "sub %[t], %C[v] \n\t"               /* T[k+1] - T[k], the same in both halves */
+            "ldi %B[top], 4 \n\t"
+            "neg %A[top] \n\t"
+            "sbc %B[top], r0 \n\t"
+            "sbrc %[upper], 0 \n\t"              /* two cycles, skipping or not */
+            "movw %C[v], %A[top] \n\t" """.rstrip()
+
+_PLAIN_HALF_LOOK_UP = """    const uint32_t upper = 0u - (uint32_t)(k >= 64u);
+    const uint16_t *const node = @name_nodes + (((k ^ upper) + (upper & 128u) + 1u) & 0xFFu);
+    const uint32_t first = NAME_WORD(node), second = NAME_WORD(node + 1);
+    const uint32_t slope = second - first, low = first ^ ((first ^ (1024u - second)) & upper);"""
 
 _ADD = r"""
 #ifdef NAME_AVR_ASSEMBLER
@@ -297,7 +301,7 @@ class _Sums:
             self.variables.append(name)
             for j in members:
                 self._add(int(j), name, int(weights[i, j]))
-            self.after += [f"NAME_{operators[0]}(s{i}, {name});", f"NAME_{operators[1]}(s{k}, {name});"]
+            self.after.extend(f"NAME_{add}(s{row}, {name});" for add, row in zip(operators, (i, k), strict=True))
         for row, other in ((i, k), (k, i)):
             for j in np.flatnonzero((weights[row] != 0) & (weights[other] == 0)):
                 self._add(int(j), f"s{row}", int(weights[row, j]))
@@ -332,13 +336,30 @@ def _speed(image: ControllerImage) -> str:
             lines += [f"    motors[{i - size.n_hidden}] = (int16_t)(v >> 16);"]
     lines += ["}"]
     table = _table("static const uint16_t @name_nodes[130] NAME_TABLE", sigmoid_table().tolist())
-    neuron = (
-        _FULL_NEURON.replace("@silent", "" if accumulating else ", and x 0")
+    return table + _neuron(image, Optimize.SPEED) + _ADD + "\n" + "\n".join(lines) + "\n"
+
+
+def _neuron(image: ControllerImage, optimize: Optimize) -> str:
+    accumulating = image.dynamics.neuron is Neuron.ACCUMULATING
+    half = optimize is Optimize.SIZE
+    return (
+        _NEURON.replace("@silent", "" if accumulating else ", and x 0")
+        .replace("@table_note", _HALF_NOTE if half else "")
+        .replace("@more_words", ", top" if half else "")
+        .replace("uint8_t f, t, keep;", "uint8_t f, t, keep, upper;" if half else "uint8_t f, t, keep;")
+        .replace("@look_up", _HALF_LOOK_UP if half else _FULL_LOOK_UP)
+        .replace("@plain_look_up", _PLAIN_HALF_LOOK_UP if half else _PLAIN_FULL_LOOK_UP)
+        .replace("@more_outputs", _HALF_OUTPUTS if half else "")
         .replace("@masked", "" if accumulating else r' \n\t"' + "\n" + _MASK_X)
         .replace("@output", "x" if accumulating else "(x & keep)")
     )
-    return table + neuron + _ADD + "\n" + "\n".join(lines) + "\n"
 
+
+_HALF_NOTE = """
+ * The table holds a 0, then the lower half of T: T[128 - k] = 1024 - T[k]."""
+
+_HALF_OUTPUTS = """,
+              [upper] "=&r"(upper), [top] "=&d"(top)"""
 
 _MASK_X = r"""            "and %C[v], %[keep] \n\t"
             "and %D[v], %[keep]"""
@@ -351,14 +372,14 @@ def _size(image: ControllerImage) -> str:
     padded = np.zeros((size.n_neurons, row_bytes * 4), np.uint8)
     padded[:, : size.n_sources] = codes
     packed = (padded.reshape(size.n_neurons, row_bytes, 4) << np.array([0, 2, 4, 6], np.uint8)).sum(-1)
-    nodes = _table("static const uint16_t @name_nodes[65] NAME_TABLE", sigmoid_table()[:65].tolist())
+    half = [0, *sigmoid_table()[:65].tolist()]
+    nodes = _table("static const uint16_t @name_nodes[66] NAME_TABLE", half)
     rows = _table(
         "/* weights, two bits each, first source lowest: 1 = +1, 2 = -1 */\n"
         f"static const uint8_t @name_weights[{size.n_neurons * row_bytes}] NAME_TABLE",
         packed.ravel().tolist(),
     )
     accumulating = image.dynamics.neuron is Neuron.ACCUMULATING
-    output = "@name_sigmoid(sum)" if accumulating else "(uint16_t)(@name_sigmoid(sum) & keep)"
     step = f"""
 static inline void @name_step(@name_t *c, const uint16_t *sensors, int16_t *motors)
 {{
@@ -367,7 +388,8 @@ static inline void @name_step(@name_t *c, const uint16_t *sensors, int16_t *moto
     uint8_t i;
     for (i = 0; i < NAME_NEURONS; i++) {{
         const uint16_t *source = sensors;
-        uint16_t keep, sum = {"c->u[i]" if accumulating else "0"};
+        uint32_t v;
+        uint16_t sum = {"c->u[i]" if accumulating else "0"};
         uint8_t codes = 0, j;
         for (j = 0; j < {size.n_sources}; j++) {{
             uint16_t q;
@@ -389,10 +411,9 @@ static inline void @name_step(@name_t *c, const uint16_t *sensors, int16_t *moto
             }}
             codes = (uint8_t)(codes >> 2);
         }}
-        keep = @name_keep(sum);
-        sum = (uint16_t)(sum & keep);
-        c->u[i] = sum;
-        x[i] = {output};
+        v = @name_neuron(sum);
+        c->u[i] = (uint16_t)v;
+        x[i] = (uint16_t)(v >> 16);
     }}
     for (i = 0; i < NAME_NEURONS; i++) {{
         c->x[i] = x[i];
@@ -402,7 +423,7 @@ static inline void @name_step(@name_t *c, const uint16_t *sensors, int16_t *moto
     }}
 }}
 """
-    return nodes + _LIMIT + _HALF_SIGMOID + "\n" + rows + step
+    return nodes + _neuron(image, Optimize.SIZE) + "\n" + rows + step
 
 
 def _interface(image: ControllerImage) -> str:
