@@ -1,42 +1,33 @@
-"""A robot of one's own, whole: a rover on a serial port that answers "s" with three light readings, "m a b" with "ok"."""
+"""A robot of one's own: a rover that answers "s" with three light readings and "m 120 80" (two wheels) with "ok"."""
 
-from __future__ import annotations
-
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 import serial
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from sceann_hil.plugins import RobotConfig
 from sceann_hil.robot import EndReason, LinkError, RobotSpec
 from sceann_hil.stepped import SteppedRobot
 
+SPEC = RobotSpec("light seeker", 3, 2, 0.05, ("x_m", "y_m", "heading_rad"), (), True, 1, repeatable=False)
+
 
 class LightSeeker(SteppedRobot):
-    """Two wheels, three light sensors; the lamp is reached when one of them is nearly blinded."""
+    spec: ClassVar[RobotSpec] = SPEC
 
-    def __init__(self, port: str, spec: RobotSpec) -> None:
+    def __init__(self, port: str) -> None:
         super().__init__()
-        self._port, self._spec = port, spec
-        self._lights = np.zeros(3)
-
-    @property
-    def spec(self) -> RobotSpec:
-        return self._spec
+        self._line = serial.serial_for_url(port, 115_200, timeout=0.1, do_not_open=True)
 
     def connect(self) -> None:
-        self._line = serial.serial_for_url(self._port, 115_200, timeout=0.05)
-
-    def disconnect(self) -> None:
-        self.make_safe("disconnect")
-        if hasattr(self, "_line"):
-            self._line.close()
+        self._line.close()
+        self._line.open()
 
     def reset(self, start: dict[str, float], key: int) -> None:
-        pass  # a person, or a rig, has put it at its start
+        self._lights = np.zeros(3)  # a person has put it back
 
-    def sense(self) -> ArrayLike:
+    def sense(self) -> NDArray[np.float64]:
         self._lights = np.array(self._ask("s").split(), np.float64) / 1023.0
         return self._lights
 
@@ -50,11 +41,8 @@ class LightSeeker(SteppedRobot):
         return EndReason.GOAL if self._lights.max() > 0.95 else None
 
     def _ask(self, question: str) -> str:
-        try:
-            self._line.write(f"{question}\n".encode())
-            answer = self._line.readline().decode().strip()
-        except (OSError, AttributeError) as error:
-            raise LinkError(f"light seeker: {error}") from error
+        self._line.write(f"{question}\n".encode())
+        answer = self._line.readline().decode().strip()
         if not answer:
             raise LinkError(f"light seeker: no answer to {question!r}")
         return answer
@@ -65,12 +53,7 @@ class LightSeekerConfig(RobotConfig):
 
     type: Literal["light_seeker"] = "light_seeker"
     port: str
-    """Its serial port."""
-
-    @property
-    def spec(self) -> RobotSpec:
-        fields = ("x_m", "y_m", "heading_rad")
-        return RobotSpec("light seeker", 3, 2, 0.05, fields, (), attended=True, batch_size=1, repeatable=False)
+    spec: ClassVar[RobotSpec] = SPEC
 
     def build(self) -> LightSeeker:
-        return LightSeeker(self.port, self.spec)
+        return LightSeeker(self.port)
