@@ -107,7 +107,7 @@ class SteppedRobot(Robot):
             steps=steps,
             hashes=np.array([state_hash(trace.u) for trace in traces], np.uint16),
             final_states=np.zeros((len(trials), 0), np.float32),
-            durations_s=steps * spec.tick_s,
+            durations_s=steps.astype(np.float64) * spec.tick_s,
             traces=traces if tracing else None,
         )
 

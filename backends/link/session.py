@@ -213,6 +213,16 @@ class RobotLink:
                 self._trial_id = before
 
     @contextmanager
+    def silent(self) -> Iterator[None]:
+        """Send no heartbeats, to see what the robot makes of it."""
+        with self._lock:
+            self._in_charge = False
+            try:
+                yield
+            finally:
+                self._in_charge, self._beat_due_s = True, 0.0
+
+    @contextmanager
     def listening(self, listener: Callable[[Incoming], None]) -> Iterator[None]:
         """Have `listener` told of every message first, whoever receives it."""
         self._listener = listener

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import can
@@ -19,11 +19,13 @@ from backends.link.tethered import run_tethered
 from backends.link.trial import Follower, Order, TrialLost, Watch
 from backends.link.upload import upload
 from backends.remote import rig
+from backends.remote.doctor import examine
 from backends.remote.verdict import end_reason, ended, first_difference, result
 from backends.simulation.engine import SimulatedRobot
 from backends.simulation.recompute import recompute
 from backends.simulation.stepwise import StepwiseBody
 from sceann_hil.controller import Controller
+from sceann_hil.diagnosis import Finding
 from sceann_hil.robot import (
     EmergencyStop,
     EndReason,
@@ -212,6 +214,10 @@ class RemoteRobot(Robot):
 
     def _complaints(self) -> tuple[str, ...]:
         return (self._complaint,) if self._complaint else ()
+
+    def diagnose(self, *, may_move: bool) -> Iterator[Finding]:
+        """Ports, handshake, latency, losses, the robot's own watchdog, sensors, and with leave the motors."""
+        yield from examine(self, self._settings.mode, may_move=may_move)
 
     # -- trials -----------------------------------------------------------------------------------------------------
 

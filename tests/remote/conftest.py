@@ -9,7 +9,7 @@ import pytest
 
 from backends.cartpole import CartPole
 from backends.emulation.body import VirtualBody
-from backends.emulation.faulty_line import FaultyLine
+from backends.emulation.cable import Cable
 from backends.emulation.posix import PosixBoard
 from backends.emulation.virtual_posix import VirtualPosix
 
@@ -29,20 +29,20 @@ def virtual() -> Iterator[VirtualPosix]:
 
 
 @pytest.fixture
-def bad_board(tmp_path: Path) -> Iterator[tuple[PosixBoard, FaultyLine]]:
+def bad_board(tmp_path: Path) -> Iterator[tuple[PosixBoard, Cable]]:
     """A board without a body whose store survives, at the end of a bad cable."""
     with PosixBoard(store=tmp_path / "eeprom") as board:
         assert board.line is not None
-        line = FaultyLine(board.line.socket, tmp_path / "port")
+        line = Cable(board.line.socket, tmp_path / "port")
         yield board, line
         line.close()
 
 
 @pytest.fixture
-def bad_robot(tmp_path: Path) -> Iterator[tuple[VirtualPosix, FaultyLine]]:
+def bad_robot(tmp_path: Path) -> Iterator[tuple[VirtualPosix, Cable]]:
     """A cart with a pole at the end of a bad cable."""
     with VirtualPosix(VirtualBody(CartPole()), store=tmp_path / "eeprom", terminal=False) as virtual:
         assert virtual.board.line is not None
-        line = FaultyLine(virtual.board.line.socket, tmp_path / "port")
+        line = Cable(virtual.board.line.socket, tmp_path / "port")
         yield virtual, line
         line.close()

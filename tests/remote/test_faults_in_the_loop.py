@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from backends.emulation.faulty_line import FaultyLine, LineFaults
+from backends.emulation.cable import Cable, LineFaults
 from backends.emulation.posix import PosixBoard
 from sceann_hil.errors import NotARun, as_user_error
 from sceann_hil.experiment import Experiment, Outcome
@@ -51,9 +51,7 @@ def start_or_resume(directory: Path, text: str) -> Outcome:
 
 
 @pytest.mark.parametrize("phase", PHASES)
-def test_the_host_is_killed(
-    bad_board: tuple[PosixBoard, FaultyLine], phase: str, expected: object, tmp_path: Path
-) -> None:
+def test_the_host_is_killed(bad_board: tuple[PosixBoard, Cable], phase: str, expected: object, tmp_path: Path) -> None:
     _, line = bad_board
     text = pole_run(hil_robot(line.port), **SMALL)
     pid = os.fork()
@@ -75,7 +73,7 @@ def test_the_host_is_killed(
 
 @pytest.mark.parametrize("phase", PHASES)
 def test_the_robot_loses_power(
-    bad_board: tuple[PosixBoard, FaultyLine],
+    bad_board: tuple[PosixBoard, Cable],
     phase: str,
     expected: object,
     tmp_path: Path,
@@ -95,7 +93,7 @@ def test_the_robot_loses_power(
 
 @pytest.mark.parametrize("phase", ["LOAD", "TICK", "STOP"])
 def test_the_cable_is_pulled_and_plugged_in_again(
-    bad_board: tuple[PosixBoard, FaultyLine],
+    bad_board: tuple[PosixBoard, Cable],
     phase: str,
     expected: object,
     tmp_path: Path,
@@ -116,7 +114,7 @@ def test_the_cable_is_pulled_and_plugged_in_again(
 
 
 def test_a_cable_that_stays_out_pauses_the_run_which_can_be_resumed(
-    bad_board: tuple[PosixBoard, FaultyLine], expected: object, tmp_path: Path
+    bad_board: tuple[PosixBoard, Cable], expected: object, tmp_path: Path
 ) -> None:
     _, line = bad_board
     with pytest.MonkeyPatch.context() as patch:
@@ -144,7 +142,7 @@ def test_a_cable_that_stays_out_pauses_the_run_which_can_be_resumed(
     ids=["lost", "doubled", "spoilt", "swapped", "all"],
 )
 def test_frames_go_wrong(
-    bad_board: tuple[PosixBoard, FaultyLine], faults: LineFaults, expected: object, tmp_path: Path
+    bad_board: tuple[PosixBoard, Cable], faults: LineFaults, expected: object, tmp_path: Path
 ) -> None:
     _, line = bad_board
     line.faults = faults
@@ -153,7 +151,7 @@ def test_frames_go_wrong(
 
 
 def test_the_wall_clock_jumps(
-    bad_board: tuple[PosixBoard, FaultyLine],
+    bad_board: tuple[PosixBoard, Cable],
     expected: object,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -167,9 +165,7 @@ def test_the_wall_clock_jumps(
     assert all(row.attempt == 0 for row in attempts(tmp_path / "run"))
 
 
-def test_the_disk_is_full_in_the_middle_of_a_run(
-    bad_board: tuple[PosixBoard, FaultyLine], tmp_path: Path
-) -> None:
+def test_the_disk_is_full_in_the_middle_of_a_run(bad_board: tuple[PosixBoard, Cable], tmp_path: Path) -> None:
     _, line = bad_board
     evolve(tmp_path / "simulated", pole_run("{type: cartpole, n_sensors: 2}", population=12, max_steps=25))
     config = config_of(pole_run(hil_robot(line.port), population=12, max_steps=25))
@@ -186,7 +182,7 @@ def test_the_disk_is_full_in_the_middle_of_a_run(
     assert counted_results(tmp_path / "run") == counted_results(tmp_path / "simulated")
 
 
-def test_a_second_host_is_refused(bad_board: tuple[PosixBoard, FaultyLine]) -> None:
+def test_a_second_host_is_refused(bad_board: tuple[PosixBoard, Cable]) -> None:
     _, line = bad_board
     config = config_of(pole_run(hil_robot(line.port, reconnect_s=0.2)))
     with config.robot.build(), pytest.raises(LinkError, match="exclusively lock"):

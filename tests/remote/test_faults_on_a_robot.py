@@ -11,7 +11,7 @@ from pathlib import Path
 import can
 import pytest
 
-from backends.emulation.faulty_line import FaultyLine, LineFaults
+from backends.emulation.cable import Cable, LineFaults
 from backends.emulation.posix import Alarm
 from backends.emulation.virtual_posix import VirtualPosix
 from backends.link.messages import Function
@@ -25,7 +25,7 @@ from tests.runs import evolve, resume
 
 TINY = {"population": 2, "generations": 0, "max_steps": 16}
 PHASES = ["LOAD", "ARM", "START", "TICK", "RESULT"]
-Robot = tuple[VirtualPosix, FaultyLine]
+Robot = tuple[VirtualPosix, Cable]
 
 
 @pytest.fixture(scope="module")

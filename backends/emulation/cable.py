@@ -66,7 +66,7 @@ class _Direction:
         return frame + held
 
 
-class FaultyLine:
+class Cable:
     """A cable from a board's socket to a pseudo-terminal whose path stays the same when it is plugged in again.
 
     Attributes:
@@ -88,7 +88,7 @@ class FaultyLine:
         self._terminal: tuple[int, int] | None = None
         self._closing = threading.Event()
         self.plug()
-        self._thread = threading.Thread(target=self._carry, name="faulty line", daemon=True)
+        self._thread = threading.Thread(target=self._carry, name="cable", daemon=True)
         self._thread.start()
 
     @property
