@@ -64,7 +64,7 @@ def test_a_robot_that_does_not_stop_when_the_host_falls_silent(
     """A host that cannot fall silent looks the same from here."""
     from contextlib import nullcontext
 
-    monkeypatch.setattr(RobotLink, "silent", lambda self: nullcontext())
+    monkeypatch.setattr(RobotLink, "silent", lambda _: nullcontext())
     found = findings(RemoteConfig(port=str(board.port), mode="hil", body=CartPoleConfig()))
     assert found["watchdog self-test"].verdict is Verdict.BAD
     assert "Do not run" in found["watchdog self-test"].advice
