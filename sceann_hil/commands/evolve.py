@@ -17,6 +17,7 @@ from rich.table import Table
 
 from sceann_hil.commands.arguments import AsJson, ConfigFile, Overrides, RunDirectory, Seed, overrides_of, print_json
 from sceann_hil.commands.progress import show_progress
+from sceann_hil.commands.recording import Record, RecordChoice, recorded
 from sceann_hil.config import load_config
 from sceann_hil.errors import ExitCode
 from sceann_hil.experiment import Experiment, Outcome, StopRequest
@@ -35,6 +36,7 @@ def evolve(
     ] = None,
     seed: Seed = None,
     overrides: Overrides = None,
+    record: Record = RecordChoice.ALL,
     as_json: AsJson = False,
 ) -> None:
     """Evolve controllers as a configuration says.
@@ -46,36 +48,37 @@ def evolve(
     settings = load_config(config, overrides_of(overrides, seed))
     directory = out or Path("runs") / f"{config.stem}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
     with Experiment.create(settings, directory) as experiment:
-        _run(experiment, as_json)
+        _run(experiment, record, as_json)
 
 
-def resume(directory: RunDirectory, as_json: AsJson = False) -> None:
+def resume(directory: RunDirectory, record: Record = RecordChoice.ALL, as_json: AsJson = False) -> None:
     """Go on with a run that was stopped, paused or killed.
 
     Example: sceann resume runs/first
     """
     with Experiment.open(directory) as experiment:
-        _run(experiment, as_json)
+        _run(experiment, record, as_json)
 
 
-def _run(experiment: Experiment, as_json: bool) -> None:
+def _run(experiment: Experiment, record: RecordChoice, as_json: bool) -> None:
     console = Console(stderr=True, highlight=False)
-    started = time.monotonic()
     robot = experiment.config.robot.build()
     with ExitStack() as connected:
-        with console.status(
-            f"Getting {robot.spec.name} ready (a simulated body is compiled once, for some seconds)..."
-        ):
+        with console.status(f"Getting {robot.spec.name} ready (compiled once, which takes some seconds)..."):
             connected.enter_context(robot)
-        last = experiment.config.algorithm.generations
-        with _stop_on_interrupt(console) as stop, show_progress(console, last) as report:
+        connected.enter_context(recorded(console, experiment.directory, record))
+        started = time.monotonic()
+        with (
+            _stop_on_interrupt(console) as stop,
+            show_progress(console, experiment.config.algorithm.generations) as report,
+        ):
             outcome = experiment.evolve(robot, report, stop)
-    evolved_s = time.monotonic() - started
+        evolved_s = time.monotonic() - started
     summary = _summary(experiment, outcome, evolved_s)
     if as_json:
         print_json(summary)
     else:
-        _print_summary(Console(highlight=False), summary)
+        _print_summary(Console(highlight=False), summary, record)
     if outcome is Outcome.STOPPED_AFTER_GENERATION:
         raise typer.Exit(ExitCode.INTERRUPTED)
     if outcome is Outcome.STOPPED_NOW:
@@ -123,7 +126,7 @@ def _summary(experiment: Experiment, outcome: Outcome, evolved_s: float) -> dict
     }
 
 
-def _print_summary(console: Console, summary: dict[str, Any]) -> None:
+def _print_summary(console: Console, summary: dict[str, Any], record: RecordChoice) -> None:
     directory, champion = summary["directory"], summary["champion"]
     table = Table(show_header=False, title=f"Run {directory}: {summary['outcome'].replace('_', ' ')}")
     table.add_row("generations", f"{summary['generations']}")
@@ -133,5 +136,6 @@ def _print_summary(console: Console, summary: dict[str, Any]) -> None:
         table.add_row("its genome", champion["genome"])
     console.print(table)
     follow = ["status"] if summary["outcome"] == "finished" else ["resume", "status"]
+    follow += [] if record is RecordChoice.NONE else ["view"]
     for command in follow:
         console.print(f"  sceann {command} {directory}")

@@ -77,7 +77,8 @@ def test_a_failure_leaves_the_old_file_and_no_part(tmp_path: Path) -> None:
             part.write_text("half")
             raise KeyError("interrupted")
 
-    pytest.raises(KeyError, fail)
+    with pytest.raises(KeyError):
+        fail()
     assert [p.name for p in tmp_path.iterdir()] == ["file"]
     assert path.read_text() == "old"
 
