@@ -56,7 +56,7 @@ class TestOnboard:
                 seen[message.name].append(message.signals)
             if message.name == "End":
                 break
-            client.heartbeat(1)
+            client.heartbeat()
         controller = an_image().controller()
         for tick in range(20):
             motors = controller.step(np.array(SENSORS))
@@ -99,7 +99,7 @@ class TestLinkLoss:
         client = rig.start(max_ticks=10_000)
         for _ in range(6):
             time.sleep(0.1)
-            client.heartbeat(1)
+            client.heartbeat()
         before = len(rig.driven())
         rig.until(lambda: len(rig.driven()) > before)
         drive_times = [r.time_us for r in rig.records if r.kind is RecordKind.DRIVE]
@@ -118,7 +118,7 @@ class TestLinkLoss:
         assert rig.board.line is not None
         other = RobotClient(rig.board.line, session=client.session % 65535 + 1)
         for _ in range(10):
-            other.heartbeat(1)
+            other.heartbeat()
             time.sleep(0.05)
         assert rig.wait_for("End", heartbeat=False).signals["Reason"] == REASON["LINK_LOST"]
 
@@ -202,7 +202,7 @@ class TestTethered:
             assert (sense["Tick"], sense["Sensor1"]) == (tick % 16, SENSORS[1])
             sent.append((10 * tick, 1024 - tick))
             client.send("DriveIn", {"Tick": tick, "Hash": 0, "Motor0": sent[-1][0], "Motor1": sent[-1][1], "Motor2": 0}, 6)
-            client.heartbeat(1)
+            client.heartbeat()
         end = rig.wait_for("End").signals
         assert (end["Ticks"], end["Reason"], end["StateHash"]) == (20, REASON["MAX_TICKS"], 0xFFFF)
         assert rig.driven() == sent
