@@ -68,6 +68,7 @@ class TestOnboard:
     def test_max_ticks_ends_a_trial_after_its_last_whole_period(self, rig: Rig) -> None:
         rig.start(max_ticks=10)
         rig.wait_for("End")
+        rig.until(rig.motors_are_safe)
         times = [r.time_us for r in rig.records if r.kind is RecordKind.DRIVE]
         safe = next(r.time_us for r in rig.records if r.kind is RecordKind.SAFE and r.time_us > times[-1])
         assert safe - times[0] >= 9.5 * TICK_S * 1e6
