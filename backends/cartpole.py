@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from enum import StrEnum
 from functools import cached_property
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
 from backends.simulation.engine import SimulatedRobot
 from backends.simulation.gap import Gap
 from backends.simulation.lanes import RUNNING
 from backends.simulation.maths import cosine, sine
 from backends.simulation.neurons import LANES
+from backends.simulation.settings import GapConfig
 from sceann_hil.compiled import compiled_part
+from sceann_hil.plugins import RobotConfig
 from sceann_hil.robot import EndReason, RobotSpec
 from sceann_hil.scenery import CartPoleScenery
 
@@ -150,3 +154,35 @@ class CartPole(SimulatedRobot):
     @cached_property
     def parameters(self) -> NDArray[np.float32]:
         return np.array(self._parameters, np.float32)
+
+
+class CartPoleConfig(RobotConfig):
+    """A simulated cart with a pole."""
+
+    type: Literal["cartpole"] = "cartpole"
+    n_sensors: Literal[2, 4] = 2
+    """2: position and angle; 4: also their velocities."""
+    tick_s: Annotated[float, Field(gt=0.0, le=1.0)] = 0.02
+    """Control step, seconds."""
+    integrator: Integrator = Integrator.EULER
+    """euler (the paper's) or semi_implicit_euler."""
+    velocity_range_m_s: Annotated[float, Field(gt=0.0)] = 3.0
+    """Cart velocities from minus to plus this are scaled to [0, 1]."""
+    angular_velocity_range_rad_s: Annotated[float, Field(gt=0.0)] = 3.5
+    """Pole velocities from minus to plus this are scaled to [0, 1]."""
+    gap: GapConfig = GapConfig()
+    """How the body differs from the ideal one."""
+
+    @property
+    def spec(self) -> RobotSpec:
+        return self.build().spec
+
+    def build(self) -> CartPole:
+        return CartPole(
+            n_sensors=self.n_sensors,
+            tick_s=self.tick_s,
+            integrator=self.integrator,
+            velocity_range_m_s=self.velocity_range_m_s,
+            angular_velocity_range_rad_s=self.angular_velocity_range_rad_s,
+            gap=self.gap.build(),
+        )

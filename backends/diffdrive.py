@@ -8,16 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
 from backends.simulation.engine import SimulatedRobot
 from backends.simulation.gap import Gap
 from backends.simulation.lanes import RUNNING
 from backends.simulation.maths import arctangent2, cosine, sine, wrap_angle
 from backends.simulation.neurons import LANES
+from backends.simulation.settings import GapConfig
 from sceann_hil.compiled import compiled_part
+from sceann_hil.plugins import Misfit, RobotConfig
 from sceann_hil.robot import EndReason, RobotSpec
 from sceann_hil.scenery import ArenaScenery
 
@@ -172,3 +176,51 @@ class DifferentialDrive(SimulatedRobot):
             noise,
         )
         return np.array([*fixed, *self.sensor_directions_rad], np.float32)
+
+
+_Positive = Annotated[float, Field(gt=0.0)]
+
+
+class DifferentialDriveConfig(RobotConfig):
+    """A simulated two-wheeled robot in a walled arena with a target."""
+
+    type: Literal["diffdrive"] = "diffdrive"
+    n_sensors: Annotated[int, Field(ge=1, le=20)] = 7
+    """Infrared sensors, spread over the frontal field."""
+    tick_s: Annotated[float, Field(gt=0.0, le=10.0)] = 0.2
+    """Control step, seconds."""
+    radius_m: _Positive = 0.0275
+    """Radius of the robot; half the distance between its wheels."""
+    top_speed_m_s: _Positive = 0.08
+    """Speed of a wheel at motor value 1."""
+    arena_m: tuple[_Positive, _Positive] = (0.6, 0.6)
+    """Width and height of the arena."""
+    target_m: tuple[float, float] = (0.55, 0.55)
+    """Centre of the target."""
+    target_radius_m: _Positive = 0.05
+    """Radius of the target."""
+    sensor_field_deg: Annotated[float, Field(gt=0.0, le=360.0)] = 120.0
+    """Frontal field; each sensor looks along the middle of an equal part of it."""
+    sensor_half_width_deg: Annotated[float, Field(gt=0.0, le=180.0)] = 15.0
+    """Half opening of a sensor's cone; the target's angular radius is added."""
+    sensor_reference_m: _Positive = 0.05
+    """Distance D0 up to which a sensor reads 1; beyond, it reads D0 / distance."""
+    motion_noise: Annotated[float, Field(ge=0.0, le=1.0)] = 0.1
+    """Standard deviation of the motion errors, as a part of each step's displacement."""
+    gap: GapConfig = GapConfig()
+    """How the body differs from the ideal one."""
+
+    @property
+    def spec(self) -> RobotSpec:
+        for axis, centre, length in zip("xy", self.target_m, self.arena_m, strict=True):
+            if not 0.0 <= centre <= length:
+                raise Misfit(
+                    f"target_m: expected {axis} in 0..{length:g} m (inside the arena), got {centre:g}", "target_m"
+                )
+        if 2.0 * self.radius_m > min(self.arena_m):
+            raise Misfit(f"arena_m: expected more than the robot's diameter {2 * self.radius_m:g} m", "arena_m")
+        return self.build().spec
+
+    def build(self) -> DifferentialDrive:
+        settings = {name: getattr(self, name) for name in type(self).model_fields if name not in ("type", "gap")}
+        return DifferentialDrive(**settings, gap=self.gap.build())

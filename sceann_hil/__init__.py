@@ -1,0 +1,16 @@
+"""Hardware-in-the-loop evolution of tiny neural controllers.
+
+The way of the data, in one direction::
+
+    config -> experiment -> evolution -> evaluator -> robot -> task (fitness) -> evolution
+
+* `sceann_hil.coding`, `sceann_hil.controller`: from bits to a network, and what the network computes.
+* `sceann_hil.evolution`: the algorithms, behind ask and tell.
+* `sceann_hil.task`, `sceann_hil.tasks`: what a trial is and what it is worth.
+* `sceann_hil.robot`: the abstract robot; the package `backends` has the robots themselves.
+* `sceann_hil.evaluator`: where genomes, trials, robot and fitness meet.
+* `sceann_hil.experiment`, `sceann_hil.journal`, `sceann_hil.replay`: one run, its record, and the proof of it.
+* `sceann_hil.recording`: every trial in the rerun viewer, made from the journal.
+* `sceann_hil.config`, `sceann_hil.plugins`, `sceann_hil.registry`: configuration, and what other packages may add.
+* `sceann_hil.cli`, `sceann_hil.commands`: the `sceann` command.
+"""

@@ -63,7 +63,7 @@ def sigmoid_table() -> NDArray[np.int16]:
     with localcontext() as context:
         context.prec = 50
         nodes = [int(Decimal(ONE) / (1 + (-(Decimal(k) - 64) / 8).exp()) + Decimal("0.5")) for k in range(129)]
-    table = np.array([*nodes, nodes[-1]], dtype=np.int16)
+    table: NDArray[np.int16] = np.array([*nodes, nodes[-1]], dtype=np.int16)
     table.flags.writeable = False
     return table
 
@@ -73,8 +73,8 @@ def sigmoid(state: ArrayLike) -> NDArray[np.int16]:
     z = np.asarray(state, dtype=np.int32) + THRESHOLD
     node, fraction = z >> 7, z & 127
     table = sigmoid_table().astype(np.int32)
-    output = table[node] + (((table[node + 1] - table[node]) * fraction + 64) >> 7)
-    return output.astype(np.int16)
+    rise = ((table[node + 1] - table[node]) * fraction + 64) >> 7
+    return np.asarray(table[node] + rise, dtype=np.int16)
 
 
 def quantise_sensors(values: ArrayLike) -> NDArray[np.uint16]:

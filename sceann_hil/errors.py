@@ -1,7 +1,8 @@
 """What can go wrong in a user's hands: one message, one hint, one exit code each, all listed here.
 
-The command line prints `UserError.message` and `UserError.hint` and leaves with `UserError.exit_code`. Everything
-else that escapes is a bug and keeps its traceback. ``docs/exit-codes.md`` is the same table for people.
+The command line prints `UserError.message` and `UserError.hint` and leaves with `UserError.exit_code`.
+Everything else that escapes is a bug and keeps its traceback. ``docs/exit-codes.md`` is the same table for
+people.
 """
 
 from __future__ import annotations
@@ -37,6 +38,7 @@ class ExitCode(IntEnum):
     RUN_IS_DAMAGED = 14, "The run's journal cannot be read."
     RECORDING_IS_DAMAGED = 15, "A recording is cut off or unreadable; it can be made again from the journal."
     REPLAY_DIFFERS = 16, "A replayed trial did not give the journalled bits."
+    VIEWER_UNAVAILABLE = 17, "The viewer cannot run here: no display or no graphics driver."
     DISK_FULL = 20, "No space left; what was journalled so far is safe and can be resumed."
     CANNOT_WRITE = 21, "A place cannot be written to."
     LINK = 30, "The robot cannot be reached; the run is paused and can be resumed."
@@ -124,6 +126,12 @@ class ReplayDiffers(UserError):
     exit_code = ExitCode.REPLAY_DIFFERS
 
 
+class ViewerUnavailable(UserError):
+    """The viewer cannot run on this machine."""
+
+    exit_code = ExitCode.VIEWER_UNAVAILABLE
+
+
 class DiskFull(UserError):
     """No space left on the device, or the quota is used up."""
 
@@ -197,6 +205,7 @@ _OF_A_ROBOT: dict[type[RobotError], tuple[type[UserError], str]] = {
     EmergencyStop: (RobotWasStopped, "Make sure that it is safe, then `sceann resume` the run."),
 }
 
+_CANNOT_WRITE = (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.EISDIR, errno.ENAMETOOLONG)
 _FREE_SPACE = "Free some space, then `sceann resume` the run: what was journalled so far is safe."
 
 
@@ -213,14 +222,12 @@ def as_user_error(error: BaseException) -> UserError | None:
             return user_error(str(error), hint)
     if isinstance(error, KeyboardInterrupt):
         return InterruptedNow(ExitCode.INTERRUPTED_NOW.meaning, "`sceann resume` continues the run.")
-    if isinstance(error, sqlite3.OperationalError) and error.sqlite_errorcode == sqlite3.SQLITE_FULL:
+    if getattr(error, "sqlite_errorcode", None) == sqlite3.SQLITE_FULL:
         return DiskFull("The disk is full: the journal could not be written.", _FREE_SPACE)
     if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
         return DiskFull(f"The disk is full: {_where(error)} could not be written.", _FREE_SPACE)
-    if isinstance(error, OSError) and error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
-        return CannotWrite(
-            f"{_where(error)}: {error.strerror}.", "Choose another place, or change its permissions."
-        )
+    if isinstance(error, OSError) and error.errno in _CANNOT_WRITE:
+        return CannotWrite(f"{_where(error)}: {error.strerror}.", "Choose another place, or change its permissions.")
     return None
 
 

@@ -1,9 +1,11 @@
 """What a package that brings a robot, a task or an algorithm must provide: one configuration model.
 
 A plug-in is a subclass of `RobotConfig`, `TaskConfig` or `AlgorithmConfig`, named by an entry point (see
-`sceann_hil.registry`). Its fields are the keys of its section in the YAML file, its docstrings are what the JSON
-schema says of them, and `build` makes the thing itself. This module imports nothing of the framework at run time, so
-that every other module may import it.
+`sceann_hil.registry`). Its fields are the keys of its section in the YAML file, their docstrings are what the
+JSON schema says of them, and `build` makes the thing itself. A validator that refuses values raises a
+ValueError that begins with the key at fault, ``"elites: expected ..., got ..."``, or a `Misfit`.
+
+This module imports nothing of the framework at run time, so that every other module may import it.
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class Section(BaseModel):
-    """A mapping in the configuration: unknown keys and loosely typed values are refused, and it never changes."""
+    """A mapping in the configuration: frozen, unknown keys and loosely typed values are refused."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -48,7 +50,7 @@ class RobotConfig(PluginConfig):
     @property
     @abstractmethod
     def spec(self) -> RobotSpec:
-        """What the robot is, known without building or connecting it; numbers of sensors and motors come from here.
+        """What the robot is, known without building it; the numbers of sensors and motors come from here.
 
         Raises:
             ValueError: the values do not fit together.
@@ -75,19 +77,28 @@ class TaskConfig(PluginConfig):
 
 
 class AlgorithmConfig(PluginConfig):
-    """The `algorithm` section."""
+    """The `algorithm` section. Subclasses give the two numbers their defaults and limits."""
+
+    population: int
+    """Individuals per generation."""
+    generations: int
+    """Generations after the initial one, so one more is evaluated."""
 
     @abstractmethod
     def build(self, genome_length: int) -> Algorithm[Any]:
-        """The algorithm for genomes of `genome_length` bits."""
+        """The algorithm for genomes of `genome_length` bits.
+
+        Raises:
+            ValueError: the settings do not suit genomes of this length.
+        """
 
 
 class Misfit(ValueError):
     """Values that are right by themselves but do not go together.
 
     Attributes:
-        keys: dotted keys of these values, seen from the section that raises it (in `TaskConfig.check`: from the
-            top, such as ``task.start_m``), most likely culprit first.
+        keys: dotted keys of these values, seen from the section that raises it (in `TaskConfig.check`: from
+            the top, such as ``task.start_m``), most likely culprit first.
     """
 
     def __init__(self, message: str, *keys: str) -> None:

@@ -5,8 +5,8 @@ A package adds a robot in its ``pyproject.toml``::
     [project.entry-points."sceann_hil.robots"]
     hexapod = "my_package.hexapod:HexapodConfig"
 
-where ``HexapodConfig`` is a `sceann_hil.plugins.RobotConfig` with ``type: Literal["hexapod"]``. Nothing is imported
-before it is asked for.
+where ``HexapodConfig`` is a `sceann_hil.plugins.RobotConfig` with ``type: Literal["hexapod"] = "hexapod"``.
+Nothing is imported before it is asked for.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def load(group: Group, name: str) -> type[PluginConfig]:
     """The configuration model of one plug-in.
 
     Raises:
-        PluginError: there is no such plug-in, its package cannot be imported, or it is not what it claims to be.
+        PluginError: there is no such plug-in, it cannot be imported, or it is not what it claims to be.
     """
     plugins = available(group)
     if name not in plugins:

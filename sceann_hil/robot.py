@@ -38,6 +38,9 @@ class EndReason(IntEnum):
     EMERGENCY_STOP = 20
     OVERRUN = 21
 
+    def __str__(self) -> str:
+        return self.name.lower().replace("_", " ")
+
     @property
     def is_void(self) -> bool:
         """True if the trial measured nothing and must never reach selection."""
@@ -115,6 +118,20 @@ class Trials:
     max_steps: int
     ids: NDArray[np.int64]
 
+    @classmethod
+    def none(cls, size: NetworkSize, n_start: int) -> Self:
+        """No trials at all, of the right types."""
+        return cls(
+            size=size,
+            dynamics=Dynamics(),
+            weights=np.zeros((0, size.n_neurons, size.n_sources), np.int8),
+            genome_index=np.zeros(0, np.int32),
+            starts=np.zeros((0, n_start)),
+            keys=np.zeros(0, np.uint64),
+            max_steps=1,
+            ids=np.zeros(0, np.int64),
+        )
+
     def __len__(self) -> int:
         return len(self.genome_index)
 
@@ -176,6 +193,17 @@ class Results:
     durations_s: NDArray[np.float64]
     traces: Sequence[Trace] | None = None
 
+    @classmethod
+    def void(cls, n: int, reason: EndReason, n_state: int) -> Self:
+        """Results of n trials that measured nothing."""
+        return cls(
+            end_reasons=np.full(n, reason, np.uint8),
+            steps=np.zeros(n, np.int32),
+            hashes=np.zeros(n, np.uint16),
+            final_states=np.zeros((n, n_state), np.float32),
+            durations_s=np.zeros(n, np.float64),
+        )
+
     def __len__(self) -> int:
         return len(self.end_reasons)
 
@@ -224,6 +252,16 @@ class Robot(ABC):
             NotImplementedError: this robot delivers its traces with `run`, or not at all.
         """
         raise NotImplementedError(f"{self.spec.name} cannot repeat a trial")
+
+    def settle(self, trials: Trials) -> Results:
+        """What became of trials whose start was journalled and whose outcome never was (the host died in between).
+
+        A repeatable robot simply runs them again. Any other must not make up a result: unless it remembers the
+        trial, the attempt is void.
+        """
+        if self.spec.repeatable:
+            return self.run(trials)
+        return Results.void(len(trials), EndReason.LINK_LOST, len(self.spec.state_fields))
 
     def connect(self) -> None:
         """Make the robot ready; motors stay at their safe output. Does nothing where there is nothing to do."""

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from backends.simulation.gap import Gap
 from backends.simulation.lanes import Advance, Sense, bind
 from backends.simulation.neurons import LANES
+from sceann_hil.coding import NetworkSize
 from sceann_hil.controller import Neuron
 from sceann_hil.robot import Results, Robot, Trace, Trials
 
@@ -51,7 +52,8 @@ class SimulatedRobot(Robot):
 
     def connect(self) -> None:
         """Load or make the machine code, so that the first trial does not wait for it."""
-        _ = self._kernel
+        size = NetworkSize(self.spec.n_sensors, 1, self.spec.n_motors)
+        self.run(Trials.none(size, len(self.spec.start_fields)))
 
     def run(self, trials: Trials) -> Results:
         """Run the trials; no traces. Shapes as in `Results`."""

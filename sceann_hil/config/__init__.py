@@ -1,9 +1,9 @@
 """The configuration of an experiment: strict YAML in, a frozen model out.
 
-* `load_config` reads a file (and ``--set`` overrides), `parse_config` a text: `load`, on top of `file`, `document`,
-  `overrides` (where things stand) and `explain`, `problems` (what to say of them).
-* `ExperimentConfig` and `ControllerConfig` are the models: `model`. The sections `robot`, `task` and `algorithm` are
-  plug-ins: `sceann_hil.plugins`, `sceann_hil.registry`.
+* `load_config` reads a file (and ``--set`` overrides), `parse_config` a text: `load`, on top of `file`,
+  `document`, `overrides` (where things stand) and `explain`, `problems` (what to say of them).
+* `ExperimentConfig` and `ControllerConfig` are the models: `model`. The sections `robot`, `task` and
+  `algorithm` are plug-ins: `sceann_hil.plugins`, `sceann_hil.registry`.
 * `dump_config` writes the canonical text, `config_difference` compares two: `text`.
 * `json_schema` and `schema_text` are for editors: `schema`.
 """

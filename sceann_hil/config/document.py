@@ -1,8 +1,8 @@
 """Strict YAML: plain data, and for every key and value the place where it was written.
 
-The dialect is the core schema of YAML 1.2, which editors use as well: ``yes``, ``on``, ``1:30`` and dates are text, and
-``1e-3`` is a number. What makes a file hard to trust is refused: duplicate keys, aliases, tags, several documents.
-Scanner and parser are PyYAML's.
+The dialect is the core schema of YAML 1.2, which editors use as well: ``yes``, ``on``, ``1:30`` and dates are
+text, and ``1e-3`` is a number. What makes a file hard to trust is refused: duplicate keys, aliases, tags,
+several documents. Scanner and parser are PyYAML's.
 """
 
 from __future__ import annotations
@@ -79,9 +79,7 @@ def parse(text: str, source: str, override: int = 0) -> Document:
         node = _Loader(text).get_single_node()
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
-        place = (
-            Place(override, mark.line + 1, mark.column + 1, source) if mark else Place(override, 1, 1, source)
-        )
+        place = Place(override, mark.line + 1, mark.column + 1, source) if mark else Place(override, 1, 1, source)
         fail(place, _syntax(error))
     except ReaderError as error:
         line = text.count("\n", 0, error.position) + 1
@@ -95,6 +93,8 @@ def parse(text: str, source: str, override: int = 0) -> Document:
 
 
 def _syntax(error: yaml.MarkedYAMLError) -> str:
+    if isinstance(error, _Refused):
+        return str(error.problem)
     problem = (error.problem or "not YAML").removeprefix("but ")
     if "'\\t'" in problem:
         return "a tab cannot indent; use spaces"
@@ -112,14 +112,19 @@ class _Resolver(BaseResolver):
     """Which plain scalars are not text: the core schema of YAML 1.2."""
 
 
-_Resolver.add_implicit_resolver(
-    "tag:yaml.org,2002:null", re.compile(r"(?:~|null|Null|NULL|)\Z"), ["~", "n", "N", ""]
-)
+_Resolver.add_implicit_resolver("tag:yaml.org,2002:null", re.compile(r"(?:~|null|Null|NULL|)\Z"), ["~", "n", "N", ""])
 _Resolver.add_implicit_resolver(
     "tag:yaml.org,2002:bool", re.compile(r"(?:true|True|TRUE|false|False|FALSE)\Z"), list("tTfF")
 )
 _Resolver.add_implicit_resolver(INT_TAG, INT_PATTERN, NUMBER_STARTS)
 _Resolver.add_implicit_resolver(FLOAT_TAG, FLOAT_PATTERN, NUMBER_STARTS)
+
+
+class _Refused(yaml.MarkedYAMLError):
+    """YAML that this dialect leaves out."""
+
+    def __init__(self, problem: str, event: yaml.Event) -> None:
+        super().__init__(problem=problem, problem_mark=event.start_mark)  # type: ignore[arg-type]
 
 
 class _Loader(Reader, Scanner, Parser, Composer, _Resolver):
@@ -134,13 +139,13 @@ class _Loader(Reader, Scanner, Parser, Composer, _Resolver):
         self._depth = 0
 
     def compose_node(self, parent: Node | None, index: Any) -> Node | None:
-        event = self.peek_event()
+        event: yaml.Event = self.peek_event()  # type: ignore[no-untyped-call]
         if isinstance(event, yaml.AliasEvent):
             problem = f"the alias *{event.anchor} is not supported here, write the value out"
-            raise yaml.MarkedYAMLError(problem=problem, problem_mark=event.start_mark)
+            raise _Refused(problem, event)
         if self._depth == MAX_DEPTH:
             problem = f"nested more than {MAX_DEPTH} levels deep"
-            raise yaml.MarkedYAMLError(problem=problem, problem_mark=event.start_mark)
+            raise _Refused(problem, event)
         self._depth += 1
         node = super().compose_node(parent, index)
         self._depth -= 1
@@ -195,7 +200,8 @@ class _Builder:
                     return self._problem(node, path, f"expected a number of at most {MAX_DIGITS} digits")
                 return int(text, 0) if text[1:2] in ("x", "o") else int(text)
             case "float" if FLOAT_PATTERN.match(text):
-                return float(text)
+                # YAML writes .inf and .nan, Python inf and nan.
+                return float(text.lower().replace(".i", "i").replace(".n", "n"))
             case "str":
                 if any("\ud800" <= character <= "\udfff" for character in text):
                     return self._problem(node, path, "expected text, got half a surrogate pair")

@@ -64,9 +64,7 @@ def explain(
 
 
 class _Explainer:
-    def __init__(
-        self, model: type[BaseModel], section: Path, document: Document, elsewhere: tuple[str, ...]
-    ) -> None:
+    def __init__(self, model: type[BaseModel], section: Path, document: Document, elsewhere: tuple[str, ...]) -> None:
         self._model = model
         self._section = section
         self._document = document
@@ -83,13 +81,11 @@ class _Explainer:
             if meant:
                 rest += meant
             else:
-                problems.append(
-                    self._wrong_type([error for errors in tried_types.values() for error in errors])
-                )
+                problems.append(self._wrong_type([error for errors in tried_types.values() for error in errors]))
         return problems + [problem for error in rest for problem in self._explain_one(error, rest)]
 
     def _follow(self, error: ErrorDetails) -> tuple[Path, str]:
-        """The path up to the first part of an error's location that is not in the data: the type that was tried."""
+        """The path up to the first part of a location that is not in the data: the type that was tried."""
         path, value = self._section, self._value(self._section)
         for part in _location(error):
             if not _has(value, part):
@@ -106,13 +102,11 @@ class _Explainer:
         return path
 
     def _meant(self, tried_types: dict[str, list[ErrorDetails]]) -> list[ErrorDetails]:
-        """Of the types that one value was tried as, the errors of the one that was probably meant, if any was."""
+        """Of the types that one value was tried as, the errors of the one that was probably meant."""
         right_kind = [
             errors
             for tried, errors in tried_types.items()
-            if not (
-                tried and errors[0]["type"] in _TYPES and self._path(errors[0]) == self._follow(errors[0])[0]
-            )
+            if not (tried and errors[0]["type"] in _TYPES and self._path(errors[0]) == self._follow(errors[0])[0])
         ]
         meant = min(right_kind, key=len, default=[])
         if "" not in tried_types and any(error["type"] == "extra_forbidden" for error in meant):
@@ -127,11 +121,7 @@ class _Explainer:
             name = error["loc"][-1]
             if isinstance(name, str):
                 return [] if self._is_misspelt(path, name) else [self._missing_key(path, name)]
-            indices = [
-                other["loc"][-1]
-                for other in errors
-                if other["type"] == "missing" and self._path(other) == path
-            ]
+            indices = [other["loc"][-1] for other in errors if other["type"] == "missing" and self._path(other) == path]
             return [self._mismatch(path, f"{max(int(index) for index in indices) + 1} values")]
         if kind in ("value_error", "assertion_error"):
             return [self._misfit(path, context["error"])]
@@ -186,13 +176,18 @@ class _Explainer:
 
     def _misfit(self, path: Path, error: Exception) -> Problem:
         """A model's own complaint, with the lines of all keys that it names."""
-        keys = [(*path, *key.split(".")) for key in error.keys] if isinstance(error, Misfit) else []
-        if not keys:
-            return Problem(self._document.place_of_value(path), dotted(path), str(error))
-        written = [key for key in keys if key in self._document.values]
-        place = self._document.place_of_value(written[0] if written else keys[0])
+        named = error.keys if isinstance(error, Misfit) else ()
+        keys: list[Path] = [(*path, *key.split(".")) for key in named]
+        start, colon, rest = str(error).partition(": ")
+        if not keys and colon and start in self._keys(path):
+            keys = [(*path, start)]
+        if len(keys) < 2:
+            key = keys[0] if keys else path
+            message = rest if colon and keys and start == key[-1] else str(error)
+            return Problem(self._document.place_of_value(key), dotted(key), message)
+        place = next((self._document.values[key] for key in keys if key in self._document.values), None)
         names = [f"{dotted(key)} ({self._whereabouts(key)})" for key in keys]
-        return Problem(place, "", f"{' and '.join(names)}: {error}")
+        return Problem(place or self._document.place_of_value(path), "", f"{' and '.join(names)}: {error}")
 
     def _whereabouts(self, path: Path) -> str:
         return self._document.values[path].short if path in self._document.values else "by default"

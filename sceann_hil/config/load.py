@@ -58,7 +58,7 @@ _PLUGGED: dict[str, Group] = {group.singular: group for group in Group}
 
 
 def _validated(document: Document) -> ExperimentConfig:
-    problems = list(document.problems)
+    problems: list[Problem] = []
     models = _section_models(document, problems)
     sections: dict[str, Section] = {}
     for name, model in models.items():
@@ -73,10 +73,17 @@ def _validated(document: Document) -> ExperimentConfig:
         config = ExperimentConfig.model_validate({**document.data, **dict.fromkeys(refused), **sections})
     except ValidationError as error:
         found = explain(error, ExperimentConfig, (), document, _keys_of(models))
-        raise_if_any(problems + [problem for problem in found if problem.key not in refused])
+        problems += [problem for problem in found if problem.key not in refused]
+        raise_if_any(_without_consequences(problems, document.problems))
         raise
-    raise_if_any(problems)
+    raise_if_any(_without_consequences(problems, document.problems))
     return config
+
+
+def _without_consequences(problems: list[Problem], unreadable: list[Problem]) -> list[Problem]:
+    """No second complaint about a value that could not even be read."""
+    known = {(problem.place, problem.key) for problem in unreadable}
+    return unreadable + [problem for problem in problems if (problem.place, problem.key) not in known]
 
 
 def _section_models(document: Document, problems: list[Problem]) -> dict[str, type[Section]]:

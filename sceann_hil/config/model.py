@@ -3,16 +3,32 @@
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Annotated, Self
 
-from pydantic import Field, SerializeAsAny, model_validator
+from pydantic import AfterValidator, Field, SerializeAsAny, model_validator
 
 from sceann_hil.coding import Coding, NetworkSize
+from sceann_hil.config.problems import shown
 from sceann_hil.controller import ONE, Dynamics, Neuron
 from sceann_hil.plugins import AlgorithmConfig, Misfit, RobotConfig, Section, TaskConfig
 
 MAX_SEED = 2**63 - 1
 """Largest seed: what the journal's database keeps as an integer."""
+
+
+_NAME = re.compile(r"^[A-Za-z0-9]([A-Za-z0-9 ._-]{0,78}[A-Za-z0-9])?$")
+
+
+def _checked_name(name: str) -> str:
+    if not _NAME.fullmatch(name):
+        raise ValueError(f"expected at most 80 letters and digits, with spaces and . _ - inside, got {shown(name)}")
+    return name
+
+
+Name = Annotated[str, AfterValidator(_checked_name), Field(json_schema_extra={"pattern": _NAME.pattern})]
 
 
 class ControllerConfig(Section):
@@ -40,9 +56,7 @@ class ExperimentConfig(Section):
         pydantic.ValidationError: the network is too large, or the task refuses the robot.
     """
 
-    name: (
-        Annotated[str, Field(max_length=80, pattern=r"^[A-Za-z0-9]([A-Za-z0-9 ._-]*[A-Za-z0-9])?$")] | None
-    ) = None
+    name: Name | None = None
     """What the run is called: letters, digits, spaces and . _ - inside."""
     seed: Annotated[int, Field(ge=0, le=MAX_SEED)] = 1
     """Root of the seed tree: equal seeds give equal runs."""
@@ -68,21 +82,34 @@ class ExperimentConfig(Section):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        try:
+        with _blaming(self, "robot"):
             _ = self.robot.spec
-        except Misfit as error:
-            raise Misfit(error.message, *(f"robot.{key}" for key in error.keys)) from error
-        except ValueError as error:
-            raise Misfit(str(error), "robot") from error
         try:
             _ = self.size
         except ValueError as error:
             sensors = "robot.n_sensors" if "n_sensors" in type(self.robot).model_fields else "robot.type"
             raise Misfit(str(error), sensors, "controller.n_hidden") from error
-        try:
+        with _blaming(self, "algorithm"):
+            self.algorithm.build(self.genome_length)
+        with _blaming(self, "task", "robot"):
             self.task.check(self.robot)
-        except Misfit:
-            raise
-        except ValueError as error:
-            raise Misfit(str(error), "task.type", "robot.type") from error
         return self
+
+
+@contextmanager
+def _blaming(config: ExperimentConfig, section: str, *others: str) -> Iterator[None]:
+    """Turn a ValueError about a section's values into a `Misfit` that names keys as seen from the top.
+
+    A `Misfit` about several sections names its keys so already; an error that names no key is about all `type` keys.
+    """
+    try:
+        yield
+    except ValueError as error:
+        key = str(error).partition(": ")[0]
+        if isinstance(error, Misfit) and error.keys:
+            keys = error.keys if others else tuple(f"{section}.{key}" for key in error.keys)
+        elif key in type(getattr(config, section)).model_fields:
+            keys = (f"{section}.{key}",)
+        else:
+            keys = tuple(f"{name}.type" for name in (section, *others))
+        raise Misfit(str(error), *keys) from error

@@ -11,11 +11,11 @@ from sceann_hil.config.problems import Path, Place, Problem, dotted, shown
 
 
 def with_overrides(document: Document, overrides: Sequence[str]) -> Document:
-    """A document in which every ``key.sub=value`` of `overrides` has been set, the last one winning.
+    """A document in which every ``key.sub=value`` of `overrides` was set, the last one winning.
 
-    Values are YAML, so ``task.start_m=[0.1, 0.2]`` and ``algorithm={type: oga}`` work. Missing sections on the way
-    are made; whether the keys exist is for the validation to say. What cannot be set becomes a problem of the
-    document.
+    Values are YAML, so ``task.start_m=[0.1, 0.2]`` and ``algorithm={type: oga}`` work. Missing sections on
+    the way are made; whether the keys exist is for the validation to say. What cannot be set becomes a
+    problem of the document.
 
     Raises:
         ConfigError: a value is not YAML.

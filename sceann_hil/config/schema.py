@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
+from pydantic import BaseModel
 from pydantic.json_schema import JsonSchemaMode, models_json_schema
 
 from sceann_hil import registry
@@ -26,7 +27,9 @@ def json_schema() -> dict[str, Any]:
     plugins: dict[Group, list[type[PluginConfig]]] = {
         group: [registry.load(group, name) for name in registry.available(group)] for group in Group
     }
-    everything = [ExperimentConfig, *(model for models in plugins.values() for model in models)]
+    everything: list[type[BaseModel]] = [ExperimentConfig]
+    for models in plugins.values():
+        everything += models
     references, schema = models_json_schema([(model, _MODE) for model in everything])
     definitions = schema["$defs"]
     top = definitions.pop(_name(references[ExperimentConfig, _MODE]))

@@ -14,7 +14,7 @@ from sceann_hil.config.problems import Path, dotted
 
 
 def dump_config(config: ExperimentConfig) -> str:
-    """YAML with every default spelled out, in a fixed order; `parse_config` gives an equal configuration back.
+    """YAML with every default spelled out, in a fixed order; `parse_config` gives an equal configuration.
 
     This is the text that the journal keeps: equal configurations give equal bytes.
     """
@@ -23,7 +23,6 @@ def dump_config(config: ExperimentConfig) -> str:
         Dumper=_Dumper,
         sort_keys=False,
         default_flow_style=False,
-        allow_unicode=True,
         width=2**30,
     )
 
@@ -67,21 +66,21 @@ def _leaves(value: Any, path: Path) -> Iterator[tuple[Path, Any]]:
 
 def _written(value: Any) -> str:
     """A value as one line of YAML."""
-    text: str = yaml.dump(value, Dumper=_Dumper, default_flow_style=True, allow_unicode=True, width=2**30)
+    text: str = yaml.dump(value, Dumper=_Dumper, default_flow_style=True, width=2**30)
     return text.removesuffix("\n").removesuffix("\n...")
 
 
 class _Dumper(yaml.SafeDumper):
-    """Quotes whatever would not be text in YAML 1.1 or in YAML 1.2; lists of numbers stay on one line."""
+    """Quotes whatever would not be text in YAML 1.1 or in YAML 1.2; lists stay on one line."""
 
-    def ignore_aliases(self, data: Any) -> bool:
+    def ignore_aliases(self, _data: Any) -> bool:
         return True
 
-    def represent_sequence(
-        self, tag: str, sequence: Any, flow_style: bool | None = None
-    ) -> yaml.SequenceNode:
-        return super().represent_sequence(tag, sequence, flow_style=True)
+
+def _list_node(dumper: _Dumper, values: list[Any]) -> yaml.Node:
+    return dumper.represent_sequence("tag:yaml.org,2002:seq", values, flow_style=True)
 
 
+_Dumper.add_representer(list, _list_node)
 _Dumper.add_implicit_resolver(INT_TAG, INT_PATTERN, NUMBER_STARTS)
 _Dumper.add_implicit_resolver(FLOAT_TAG, FLOAT_PATTERN, NUMBER_STARTS)

@@ -56,6 +56,10 @@ class Algorithm(ABC, Generic[StateT]):
             ValueError: wrong shape, or a fitness that is not a number (a failed trial is never a number).
         """
 
+    def structures(self, state: StateT) -> list[str | None]:
+        """What each individual has besides its expressed bits, as JSON for people; None where that is nothing."""
+        return [None] * len(state.genomes)
+
     @abstractmethod
     def dump(self, state: StateT) -> bytes:
         """`state` as bytes for the journal; equal states give equal bytes."""

@@ -4,13 +4,14 @@
 second writer away.
 """
 
-from sceann_hil.journal.lock import RunLock
-from sceann_hil.journal.reader import AttemptRow, GenerationRow, IndividualRow, JournalReader, RunRow
+from sceann_hil.journal.lock import LOCK_NAME, RunLock
+from sceann_hil.journal.reader import AttemptRow, GenerationRow, IndividualRow, JournalReader, RunRow, trial_arrays
 from sceann_hil.journal.schema import JOURNAL_NAME, SCHEMA_VERSION
-from sceann_hil.journal.writer import Journal
+from sceann_hil.journal.writer import Journal, Slots
 
 __all__ = [
     "JOURNAL_NAME",
+    "LOCK_NAME",
     "SCHEMA_VERSION",
     "AttemptRow",
     "GenerationRow",
@@ -19,4 +20,6 @@ __all__ = [
     "JournalReader",
     "RunLock",
     "RunRow",
+    "Slots",
+    "trial_arrays",
 ]

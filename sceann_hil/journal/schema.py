@@ -7,6 +7,8 @@ new version. Written with write-ahead logging and full synchronisation: a commit
 from __future__ import annotations
 
 JOURNAL_NAME = "journal.sqlite"
+UNBORN_NAME = f".{JOURNAL_NAME}.new"
+"""A journal that is being made; it gets its own name when it is whole."""
 SCHEMA_VERSION = 1
 APPLICATION_ID = 0x5CEA2210
 """Marks an SQLite file as a journal of ours."""

@@ -1,0 +1,141 @@
+"""Evolving: start a run, go on with a run."""
+
+from __future__ import annotations
+
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from datetime import datetime
+from pathlib import Path
+from types import FrameType
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from sceann_hil.commands.arguments import AsJson, ConfigFile, Overrides, RunDirectory, Seed, overrides_of, print_json
+from sceann_hil.commands.progress import show_progress
+from sceann_hil.commands.recording import Record, RecordChoice, recorded
+from sceann_hil.config import load_config
+from sceann_hil.errors import ExitCode
+from sceann_hil.experiment import Experiment, Outcome, StopRequest
+
+
+def register(app: typer.Typer) -> None:
+    """Add this module's commands."""
+    app.command()(evolve)
+    app.command()(resume)
+
+
+def evolve(
+    config: ConfigFile,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Folder of the new run.", show_default="runs/NAME-TIME")
+    ] = None,
+    seed: Seed = None,
+    overrides: Overrides = None,
+    record: Record = RecordChoice.ALL,
+    as_json: AsJson = False,
+) -> None:
+    """Evolve controllers as a configuration says.
+
+    Ctrl-C stops after the current generation, Ctrl-C twice at once; `sceann resume` continues either.
+
+    Example: sceann evolve configs/quickstart.yaml --out runs/first --seed 7
+    """
+    settings = load_config(config, overrides_of(overrides, seed))
+    directory = out or Path("runs") / f"{config.stem}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
+    with Experiment.create(settings, directory) as experiment:
+        _run(experiment, record, as_json)
+
+
+def resume(directory: RunDirectory, record: Record = RecordChoice.ALL, as_json: AsJson = False) -> None:
+    """Go on with a run that was stopped, paused or killed.
+
+    Example: sceann resume runs/first
+    """
+    with Experiment.open(directory) as experiment:
+        _run(experiment, record, as_json)
+
+
+def _run(experiment: Experiment, record: RecordChoice, as_json: bool) -> None:
+    console = Console(stderr=True, highlight=False)
+    robot = experiment.config.robot.build()
+    with ExitStack() as connected:
+        with console.status(f"Getting {robot.spec.name} ready (compiled once, which takes some seconds)..."):
+            connected.enter_context(robot)
+        connected.enter_context(recorded(console, experiment.directory, record))
+        started = time.monotonic()
+        with (
+            _stop_on_interrupt(console) as stop,
+            show_progress(console, experiment.config.algorithm.generations) as report,
+        ):
+            outcome = experiment.evolve(robot, report, stop)
+        evolved_s = time.monotonic() - started
+    summary = _summary(experiment, outcome, evolved_s)
+    if as_json:
+        print_json(summary)
+    else:
+        _print_summary(Console(highlight=False), summary, record)
+    if outcome is Outcome.STOPPED_AFTER_GENERATION:
+        raise typer.Exit(ExitCode.INTERRUPTED)
+    if outcome is Outcome.STOPPED_NOW:
+        raise typer.Exit(ExitCode.INTERRUPTED_NOW)
+
+
+@contextmanager
+def _stop_on_interrupt(console: Console) -> Iterator[Any]:
+    request = StopRequest.NONE
+
+    def interrupted(number: int, frame: FrameType | None) -> None:
+        nonlocal request
+        if request is StopRequest.NONE:
+            request = StopRequest.AFTER_GENERATION
+            console.print("Stopping after this generation. Press Ctrl-C again to stop now.")
+        else:
+            request = StopRequest.NOW
+            console.print("Stopping now.")
+
+    before = signal.signal(signal.SIGINT, interrupted)
+    try:
+        yield lambda: request
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _summary(experiment: Experiment, outcome: Outcome, evolved_s: float) -> dict[str, Any]:
+    reader = experiment.journal.reader
+    champion = reader.champion()
+    generations = reader.generations(finished=True)
+    return {
+        "directory": str(experiment.directory),
+        "outcome": outcome.name.lower(),
+        "generations": len(generations),
+        "trials": reader.count_attempts(),
+        "evolved_s": round(evolved_s, 3),
+        "champion": None
+        if champion is None
+        else {
+            "individual": champion.id,
+            "fitness": champion.fitness,
+            "genome": champion.genome,
+            "success_rate_of_its_generation": generations[-1].success_rate,
+        },
+    }
+
+
+def _print_summary(console: Console, summary: dict[str, Any], record: RecordChoice) -> None:
+    directory, champion = summary["directory"], summary["champion"]
+    table = Table(show_header=False, title=f"Run {directory}: {summary['outcome'].replace('_', ' ')}")
+    table.add_row("generations", f"{summary['generations']}")
+    table.add_row("trials", f"{summary['trials']} in {summary['evolved_s']:.1f} s")
+    if champion:
+        table.add_row("best fitness", f"[bold]{champion['fitness']:.4g}[/] (individual {champion['individual']})")
+        table.add_row("its genome", champion["genome"])
+    console.print(table)
+    follow = ["status"] if summary["outcome"] == "finished" else ["resume", "status"]
+    follow += [] if record is RecordChoice.NONE else ["view"]
+    for command in follow:
+        console.print(f"  sceann {command} {directory}")

@@ -1,0 +1,156 @@
+"""Looking into a run: how it stands, whether it can be trusted, as a table."""
+
+from __future__ import annotations
+
+from itertools import groupby
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from sceann_hil.commands.arguments import AsJson, RunDirectory, print_json
+from sceann_hil.errors import ReplayDiffers
+from sceann_hil.journal import JournalReader, RunLock
+from sceann_hil.replay import Comparison, journalled_config, replay
+from sceann_hil.tables import export_csv
+
+
+def register(app: typer.Typer) -> None:
+    """Add this module's commands."""
+    app.command()(status)
+    app.command("replay")(replay_trial)
+    app.command("export-csv")(export_tables)
+
+
+def status(directory: RunDirectory, as_json: AsJson = False) -> None:
+    """Show how a run stands, also while it is running.
+
+    Example: sceann status runs/first
+    """
+    reader = JournalReader(directory)
+    run, config = reader.run(), journalled_config(reader)
+    generations, champion = reader.generations(finished=True), reader.champion()
+    last = config.algorithm.generations
+    finished = len(generations) == last + 1
+    state = "finished" if finished else "running" if RunLock.is_held(directory) else "stopped"
+    best = max(generations, key=lambda row: row.best_fitness or 0.0, default=None)
+    document: dict[str, Any] = {
+        "directory": str(directory),
+        "name": run.name,
+        "state": state,
+        "created_at": run.created_at,
+        "root_seed": run.root_seed,
+        "generations_finished": len(generations),
+        "generations_in_all": last + 1,
+        "trials": reader.count_attempts(),
+        "robot_s": sum(row.robot_s or 0.0 for row in generations),
+        "wall_s": sum(row.wall_s or 0.0 for row in generations),
+        "best_fitness_ever": best and best.best_fitness,
+        "champion": champion and {"individual": champion.id, "fitness": champion.fitness, "genome": champion.genome},
+        "versions": run.versions,
+    }
+    if as_json:
+        print_json(document)
+        return
+    console = Console(highlight=False)
+    table = Table(show_header=False, title=f"{run.name}: {state}")
+    table.add_row("folder", str(directory))
+    table.add_row("created", run.created_at)
+    table.add_row("task, robot", f"{config.task.type}, {config.robot.type}")
+    table.add_row("algorithm, coding", f"{config.algorithm.type}, {config.controller.coding.value}")
+    table.add_row("root seed", str(run.root_seed))
+    table.add_row("generations", f"{len(generations)} of {last + 1}")
+    table.add_row("trials", str(document["trials"]))
+    table.add_row("robot time", f"{document['robot_s']:.1f} s")
+    if champion:
+        table.add_row("champion", f"individual {champion.id}, fitness [bold]{champion.fitness:.4g}[/]")
+        table.add_row("its genome", champion.genome)
+    console.print(table)
+    if generations:
+        console.print("best fitness by generation", _sparkline([row.best_fitness or 0.0 for row in generations]))
+    if state == "stopped":
+        console.print(f"  sceann resume {directory}")
+
+
+def replay_trial(
+    directory: RunDirectory,
+    trial: Annotated[int | None, typer.Argument(metavar="TRIAL", help="Its number.", show_default=False)] = None,
+    every: Annotated[bool, typer.Option("--all", help="Replay every trial of the run.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Run a journalled trial again and prove that it gives the same bits.
+
+    Example: sceann replay runs/first 17
+    """
+    if (trial is None) is not every:
+        raise typer.BadParameter("name one TRIAL, or give --all")
+    reader = JournalReader(directory)
+    config = journalled_config(reader)
+    if trial is not None:
+        attempts = [reader.attempt(trial)]
+    else:
+        attempts = [
+            row
+            for g in reader.generations(finished=True)
+            for row in reader.attempts(g.number)
+            if row.fitness is not None
+        ]
+    compared: list[tuple[int, list[Comparison]]] = []
+    with config.robot.build() as robot:
+        for _, group in groupby(attempts, key=lambda row: row.generation):
+            rows = list(group)
+            compared += zip([row.id for row in rows], replay(reader, config, robot, rows), strict=True)
+    different = [identity for identity, comparisons in compared if not all(c.equal for c in comparisons)]
+    if as_json:
+        print_json(
+            {
+                "replayed": len(compared),
+                "different": different,
+                "trials": {
+                    identity: {c.quantity: {"journalled": c.journalled, "replayed": c.replayed} for c in comparisons}
+                    for identity, comparisons in compared
+                    if len(compared) == 1 or identity in different
+                },
+            }
+        )
+    else:
+        _print_replay(compared, different)
+    if different:
+        shown = ", ".join(map(str, different[:10])) + (" ..." if len(different) > 10 else "")
+        raise ReplayDiffers(
+            f"{len(different)} of {len(compared)} replayed trials differ from the journal: {shown}.",
+            f"The journal names the versions it was written with: {reader.run().versions}.",
+        )
+
+
+def export_tables(
+    directory: RunDirectory,
+    out: Annotated[Path | None, typer.Option("--out", metavar="FOLDER", show_default="DIR/tables")] = None,
+) -> None:
+    """Write a run's generations, individuals and trials as CSV files.
+
+    Example: sceann export-csv runs/first --out tables
+    """
+    for path in export_csv(JournalReader(directory), out or directory / "tables"):
+        typer.echo(path)
+
+
+def _print_replay(compared: list[tuple[int, list[Comparison]]], different: list[int]) -> None:
+    console = Console(highlight=False)
+    if len(compared) == 1:
+        identity, comparisons = compared[0]
+        table = Table("", "journalled", "replayed", "", title=f"Trial {identity}")
+        for c in comparisons:
+            mark = "[green]same[/]" if c.equal else "[bold red]DIFFERENT[/]"
+            table.add_row(c.quantity, str(c.journalled), str(c.replayed), mark)
+        console.print(table)
+    if not different:
+        console.print(f"{len(compared)} trial{'s' if len(compared) != 1 else ''} replayed, the same to the last bit.")
+
+
+def _sparkline(values: list[float]) -> str:
+    low, high = min(values), max(values)
+    steps = "▁▂▃▄▅▆▇█"
+    return "".join(steps[round((v - low) / ((high - low) or 1.0) * (len(steps) - 1))] for v in values)

@@ -1,0 +1,93 @@
+"""Recording beside an evolution, seen from the commands: start it, wait for it, say what became of it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from sceann_hil.recording import Detail, RecorderProcess, RecorderStatus, State
+
+_SECONDS_BETWEEN_LOOKS = 0.2
+
+
+class RecordChoice(StrEnum):
+    """Which trials go to the viewer."""
+
+    ALL = "all"
+    BEST = "best"
+    NONE = "none"
+
+
+Record = Annotated[
+    RecordChoice,
+    typer.Option(help="Trials to record for the viewer: all, those of each generation's best, none."),
+]
+
+
+@contextmanager
+def recorded(console: Console, directory: Path, choice: RecordChoice) -> Iterator[None]:
+    """Record a run during the block, and wait for the rest after it. Ctrl-C while waiting leaves it to itself.
+
+    Args:
+        console: where progress is shown.
+        directory: the run; its journal exists.
+        choice: which trials.
+    """
+    if choice is RecordChoice.NONE:
+        yield
+        return
+    recorder = RecorderProcess(directory, Detail(choice.value))
+    recorder.start()
+    try:
+        yield
+    except BaseException:
+        recorder.finish(timeout_s=0.0)
+        raise
+    try:
+        with show_recording(console) as report:
+            while (status := recorder.finish(_SECONDS_BETWEEN_LOOKS)).state in (State.STARTING, State.RECORDING):
+                report(status)
+    except KeyboardInterrupt:
+        console.print("Recording goes on in the background.")
+        return
+    if status.state is State.FAILED:
+        console.print(f"[bold red]Not everything was recorded:[/] {status.message}", soft_wrap=True)
+        console.print(f"The run itself is complete; `sceann record {directory}` makes the rest.", soft_wrap=True)
+
+
+@contextmanager
+def show_recording(console: Console) -> Iterator[Callable[[RecorderStatus], None]]:
+    """A function to report to: a bar on a terminal, one line elsewhere."""
+    if not console.is_terminal:
+        yield _one_line(console)
+        return
+    columns = (
+        TextColumn("recording: generation"),
+        MofNCompleteColumn(),
+        BarColumn(),
+        TextColumn("ETA"),
+        TimeRemainingColumn(compact=True),
+    )
+    with Progress(*columns, console=console, transient=True) as bar:
+        shown = bar.add_task("record", total=None)
+        yield lambda status: bar.update(shown, completed=status.generations, total=status.known or None)
+
+
+def _one_line(console: Console) -> Callable[[RecorderStatus], None]:
+    told = time.monotonic()
+
+    def report(status: RecorderStatus) -> None:
+        nonlocal told
+        if time.monotonic() - told > 5.0:
+            told = time.monotonic()
+            console.print(f"recorded {status.generations} of {status.known} generations")
+
+    return report

@@ -1,0 +1,109 @@
+"""What the generational algorithms share: sizes and settings, checked once, and the check of a fitness."""
+
+from __future__ import annotations
+
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from sceann_hil.evolution.algorithm import Algorithm, StateT
+from sceann_hil.plugins import AlgorithmConfig
+
+MAX_GENOME_LENGTH = 2**15 - 1
+"""Operon labels are int16."""
+
+
+class GenerationalConfig(AlgorithmConfig):
+    """The settings that every generational algorithm has; defaults from Katada & Nakazawa, Section IV."""
+
+    population: int = Field(default=25, ge=2, le=100_000, description="Individuals per generation.")
+    generations: int = Field(
+        default=50,
+        ge=0,
+        le=10_000_000,
+        description="Generations after the initial one, so one more is evaluated.",
+    )
+    tournament: int = Field(
+        default=2,
+        ge=1,
+        le=100_000,
+        description="Contestants per tournament, drawn with replacement; 1 = no selection.",
+    )
+    mutation_rate: float | None = Field(
+        default=None,
+        ge=0,
+        le=1,
+        description="Probability that a bit of a child flips; null = 1/L, L being the bits of a genome.",
+    )
+    elites: int = Field(
+        default=1,
+        ge=0,
+        description="Best individuals that enter the next generation unchanged; fewer than population.",
+    )
+
+    @model_validator(mode="after")
+    def _elites_leave_room(self) -> Self:
+        if self.elites >= self.population:
+            raise ValueError(
+                f"elites: expected fewer than population ({self.population}), got {self.elites}; "
+                f"with more nothing would ever change"
+            )
+        return self
+
+
+class GenerationalAlgorithm(Algorithm[StateT]):
+    """A fixed population in which children of tournament winners replace everybody but the elites.
+
+    Args:
+        genome_length: L, bits per genome, 1 to `MAX_GENOME_LENGTH`.
+        population: individuals, at least 2.
+        tournament: contestants per tournament, at least 1.
+        mutation_rate: probability that a bit of a child flips, 0 to 1; None for ``1 / genome_length``.
+        elites: best individuals kept unchanged, 0 to ``population - 1``.
+
+    Raises:
+        ValueError: a number is out of its range.
+    """
+
+    def __init__(
+        self, genome_length: int, population: int, tournament: int, mutation_rate: float | None, elites: int
+    ) -> None:
+        rate = 1.0 / max(genome_length, 1) if mutation_rate is None else mutation_rate
+        for name, value, least, most in (
+            ("genome_length", genome_length, 1, MAX_GENOME_LENGTH),
+            ("population", population, 2, 2**31 - 1),
+            ("tournament", tournament, 1, 2**31 - 1),
+            ("mutation_rate", rate, 0, 1),
+            ("elites", elites, 0, population - 1),
+        ):
+            if not least <= value <= most:
+                raise ValueError(f"{name}: expected {least} to {most}, got {value}")
+        self.genome_length = genome_length
+        self.population = population
+        self.tournament = tournament
+        self.mutation_rate = rate
+        self.elites = elites
+
+    def _checked_fitness(self, fitness: NDArray[np.float64]) -> NDArray[np.float64]:
+        """`fitness` as contiguous float64.
+
+        Raises:
+            ValueError: not one finite number per individual.
+        """
+        checked = np.ascontiguousarray(fitness, dtype=np.float64)
+        if checked.shape != (self.population,):
+            raise ValueError(f"fitness: expected shape ({self.population},), got {checked.shape}")
+        if not np.isfinite(checked).all():
+            worst = int(np.flatnonzero(~np.isfinite(checked))[0])
+            raise ValueError(
+                f"fitness: expected a finite number for every individual, got {checked[worst]} "
+                f"for individual {worst}; attempt a failed trial again instead of grading it"
+            )
+        return checked
+
+    def _check_genomes(self, shape: tuple[int, ...]) -> None:
+        """Refuse a state of another size, which compiled code would not notice."""
+        if shape != (self.population, self.genome_length):
+            raise ValueError(f"state: expected genomes of shape ({self.population}, {self.genome_length}), got {shape}")

@@ -1,0 +1,233 @@
+"""One run: evolve, stop, resume. State in the journal, nothing but the journal.
+
+A run is a folder::
+
+    DIR/journal.sqlite   the record of truth (`sceann_hil.journal`)
+    DIR/config.yaml      the configuration, every default spelled out, for people
+    DIR/lock             held while a process works on the run
+    DIR/recording/       derived from the journal (`sceann_hil.recording`)
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from enum import Enum, auto
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, Self
+
+from sceann_hil.config import ExperimentConfig, dump_config, parse_config
+from sceann_hil.errors import RunExists
+from sceann_hil.evaluator import Evaluator, Phenotype, Stopped
+from sceann_hil.evolution import Algorithm, State
+from sceann_hil.journal import LOCK_NAME, GenerationRow, IndividualRow, Journal, RunLock
+from sceann_hil.robot import Robot
+from sceann_hil.seeds import Purpose, generator
+
+CONFIG_NAME = "config.yaml"
+
+
+class Outcome(Enum):
+    """How `Experiment.evolve` ended."""
+
+    FINISHED = auto()
+    STOPPED_AFTER_GENERATION = auto()
+    STOPPED_NOW = auto()
+
+
+class StopRequest(Enum):
+    """What somebody wants of a running experiment."""
+
+    NONE = auto()
+    AFTER_GENERATION = auto()
+    NOW = auto()
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """Told after every generation.
+
+    Attributes:
+        generation: the journal's row of the generation that just finished.
+        last_generation: number of the run's last generation.
+        trials: trials counted in this generation.
+        champion: its best individual.
+    """
+
+    generation: GenerationRow
+    last_generation: int
+    trials: int
+    champion: IndividualRow
+
+
+class Experiment:
+    """A run that is open for evolution; close it, or use it in a ``with`` block.
+
+    Attributes:
+        directory: the run's folder.
+        config: what the run does.
+        journal: its record.
+    """
+
+    def __init__(self, directory: Path, lock: RunLock, journal: Journal) -> None:
+        self.directory = directory
+        self.journal = journal
+        self._lock = lock
+        text = journal.reader.run().config
+        self.config: ExperimentConfig = parse_config(text, f"{directory}: journalled configuration")
+        if not (directory / CONFIG_NAME).exists():
+            (directory / CONFIG_NAME).write_text(text, encoding="utf-8")
+
+    @classmethod
+    def create(cls, config: ExperimentConfig, directory: Path) -> Self:
+        """Start a run in a folder that is new or empty.
+
+        Raises:
+            RunExists: there is something at `directory`.
+        """
+        if directory.exists() and not _is_free(directory):
+            raise RunExists(
+                f"{directory} exists already; nothing was overwritten.",
+                "Choose another --out, or `sceann resume` it if it is a run.",
+            )
+        directory.mkdir(parents=True, exist_ok=True)
+        lock = RunLock(directory)
+        try:
+            journal = Journal.create(
+                directory,
+                name=config.name or directory.name,
+                root_seed=config.seed,
+                config=dump_config(config),
+                versions=_versions(),
+            )
+        except BaseException:
+            lock.release()
+            raise
+        return cls(directory, lock, journal)
+
+    @classmethod
+    def open(cls, directory: Path) -> Self:
+        """Go on with a run.
+
+        Raises:
+            NotARun, RunIsNewer, RunIsDamaged, RunIsLocked: why not.
+        """
+        journal = Journal(directory)
+        try:
+            return cls(directory, RunLock(directory), journal)
+        except BaseException:
+            journal.close()
+            raise
+
+    @property
+    def phenotype(self) -> Phenotype:
+        """How this run's genomes become controllers."""
+        controller = self.config.controller
+        return Phenotype(controller.coding, self.config.size, controller.dynamics)
+
+    def evolve(
+        self,
+        robot: Robot,
+        report: Callable[[Progress], None] = lambda _: None,
+        stop: Callable[[], StopRequest] = lambda: StopRequest.NONE,
+    ) -> Outcome:
+        """Evaluate and breed generation after generation, from wherever the journal stands.
+
+        Args:
+            robot: connected; as the configuration says.
+            report: called after every generation, for progress displays.
+            stop: asked after every generation and before every batch of trials.
+
+        Raises:
+            RobotError: the robot's, and `TrialVoid` when a trial keeps failing. The run can be resumed.
+        """
+        algorithm = self.config.algorithm.build(self.config.genome_length)
+        task = self.config.task.build()
+        evaluator = Evaluator(
+            self.phenotype, task, robot, self.config.seed, self.journal, lambda: stop() is StopRequest.NOW
+        )
+        begun = self.journal.reader.last_generation() is not None
+        self.journal.note("resumed" if begun else "started", f"process {os.getpid()}")
+        try:
+            for number, state in self._generations(algorithm):
+                started = time.monotonic()
+                evaluation = evaluator.evaluate(number, algorithm.ask(state))
+                self.journal.finish_generation(
+                    number, evaluation.fitness, time.monotonic() - started, evaluation.success_rate
+                )
+                report(self._progress(number, evaluation.fitness.size * task.n_trials))
+                if stop() is StopRequest.AFTER_GENERATION and number < self.config.algorithm.generations:
+                    self.journal.note("stopped", "after a generation, as asked", number)
+                    return Outcome.STOPPED_AFTER_GENERATION
+        except Stopped:
+            self.journal.note("stopped", "before a trial, as asked")
+            return Outcome.STOPPED_NOW
+        self.journal.note("finished", "all generations are evaluated")
+        return Outcome.FINISHED
+
+    def close(self) -> None:
+        """Let others write to the run. May be called twice."""
+        self.journal.close()
+        self._lock.release()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _generations(self, algorithm: Algorithm[Any]) -> Iterator[tuple[int, State]]:
+        """The generations that are still to be evaluated, each journalled before it is yielded."""
+        reader = self.journal.reader
+        row = reader.last_generation()
+        if row is None:
+            number, state = 0, algorithm.start(generator(self.config.seed, Purpose.ALGORITHM, 0))
+            self._begin(algorithm, number, state, {})
+        else:
+            number, state = row.number, algorithm.load(reader.algorithm_state(row.number))
+            if row.finished_at is not None and number < self.config.algorithm.generations:
+                number, state = self._breed(algorithm, number, state)
+            elif row.finished_at is not None:
+                return
+        while True:
+            yield number, state
+            if number >= self.config.algorithm.generations:
+                return
+            number, state = self._breed(algorithm, number, state)
+
+    def _breed(self, algorithm: Algorithm[Any], number: int, state: State) -> tuple[int, State]:
+        rows = self.journal.reader.individuals(number)
+        fitness = self.journal.reader.fitness(number)
+        child = algorithm.tell(state, fitness, generator(self.config.seed, Purpose.ALGORITHM, number + 1))
+        self._begin(algorithm, number + 1, child, {row.number: row.id for row in rows})
+        return number + 1, child
+
+    def _begin(self, algorithm: Algorithm[Any], number: int, state: State, ids: dict[int, int]) -> None:
+        self.journal.begin_generation(
+            number,
+            algorithm.dump(state),
+            state.genomes,
+            [ids.get(parent) for parent in state.parents.tolist()],
+            algorithm.structures(state),
+        )
+
+    def _progress(self, number: int, trials: int) -> Progress:
+        reader = self.journal.reader
+        row, champion = reader.last_generation(), reader.champion()
+        if row is None or champion is None:
+            raise RuntimeError(f"generation {number} was finished and is not in the journal")
+        return Progress(row, self.config.algorithm.generations, trials, champion)
+
+
+def _is_free(directory: Path) -> bool:
+    """An empty folder, or what is left of a run that was killed before it began."""
+    return directory.is_dir() and all(path.name == LOCK_NAME or Journal.is_unborn(path) for path in directory.iterdir())
+
+
+def _versions() -> dict[str, str]:
+    packages = {name: version(name) for name in ("sceann-hil", "numpy", "numba")}
+    return {**packages, "python": platform.python_version(), "machine": f"{platform.system()} {platform.machine()}"}

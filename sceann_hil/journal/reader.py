@@ -1,0 +1,258 @@
+"""Reading a journal, also while another process writes it."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sceann_hil.coding import Bits, genome_from_hex
+from sceann_hil.errors import NotARun, RunIsDamaged, RunIsNewer
+from sceann_hil.journal.schema import APPLICATION_ID, JOURNAL_NAME, SCHEMA_VERSION, UNBORN_NAME
+from sceann_hil.robot import EndReason
+
+
+@dataclass(frozen=True, slots=True)
+class RunRow:
+    """The run itself; see the table ``run``."""
+
+    name: str
+    created_at: str
+    root_seed: int
+    config: str
+    versions: dict[str, str]
+    parent_run: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class GenerationRow:
+    """One generation; the figures are None while it is being evaluated."""
+
+    number: int
+    finished_at: str | None
+    wall_s: float | None
+    robot_s: float | None
+    best_fitness: float | None
+    mean_fitness: float | None
+    worst_fitness: float | None
+    success_rate: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class IndividualRow:
+    """One individual; `genome` is hexadecimal, see `genome_bits`."""
+
+    id: int
+    generation: int
+    number: int
+    genome: str
+    parent: int | None
+    structure: str | None
+    fitness: float | None
+
+    def genome_bits(self, length: int) -> Bits:
+        """The genome's `length` bits."""
+        return genome_from_hex(self.genome, length)
+
+
+@dataclass(frozen=True, slots=True)
+class AttemptRow:
+    """One attempt of one trial; the result is None while it is not known, the fitness also if it was void."""
+
+    id: int
+    generation: int
+    individual: int
+    trial: int
+    attempt: int
+    start: tuple[float, ...]
+    noise_key: int
+    end_reason: EndReason | None
+    steps: int | None
+    state_hash: int | None
+    final_state: tuple[float, ...] | None
+    robot_s: float | None
+    fitness: float | None
+
+
+_GENERATION = (
+    "number, finished_at, wall_s, robot_s, best_fitness, mean_fitness, worst_fitness, success_rate FROM generation"
+)
+_INDIVIDUAL = "id, generation, number, genome, parent, structure, fitness FROM individual"
+_ATTEMPT = (
+    "id, generation, individual, trial, attempt, start, noise_key, end_reason, steps, state_hash, final_state, "
+    "robot_s, fitness FROM attempt"
+)
+
+
+def open_database(directory: Path, *, write: bool) -> sqlite3.Connection:
+    """A connection to a run's journal, after a look at whether it is one.
+
+    Raises:
+        NotARun: no folder, no journal in it, or a file that is something else.
+        RunIsNewer: its schema is newer than this version's.
+        RunIsDamaged: SQLite cannot read it.
+    """
+    path = directory / JOURNAL_NAME
+    if not path.is_file() and any(directory.glob(f"{UNBORN_NAME}*")):
+        raise NotARun(
+            f"{directory} is not a run: its process ended before the run began.",
+            "Start it again with `sceann evolve`, with the same --out.",
+        )
+    if not path.is_file():
+        what = "has no journal" if directory.is_dir() else "does not exist"
+        raise NotARun(
+            f"{directory} is not a run: it {what}.", "Name the folder that `sceann evolve` printed (its --out)."
+        )
+    db = sqlite3.connect(
+        f"{path.absolute().as_uri()}?mode={'rw' if write else 'ro'}", uri=True, isolation_level=None, timeout=30.0
+    )
+    try:
+        application = db.execute("PRAGMA application_id").fetchone()[0]
+        version = db.execute("PRAGMA user_version").fetchone()[0]
+        if application == APPLICATION_ID and write:
+            db.execute("PRAGMA journal_mode = WAL")
+            db.execute("PRAGMA synchronous = FULL")
+            db.execute("PRAGMA foreign_keys = ON")
+    except sqlite3.DatabaseError as error:
+        db.close()
+        if isinstance(error, sqlite3.OperationalError):
+            raise
+        raise RunIsDamaged(
+            f"{path} cannot be read: {error}.", "Restore it from a backup; `sqlite3 FILE .recover` may save a part."
+        ) from None
+    if application != APPLICATION_ID:
+        db.close()
+        raise NotARun(f"{path} is not a journal of this program.", "Name the folder that `sceann evolve` printed.")
+    if version > SCHEMA_VERSION:
+        db.close()
+        raise RunIsNewer(
+            f"{directory} was written by a newer version: its schema is {version}, this one knows up to "
+            f"{SCHEMA_VERSION}.",
+            "Update sceann-hil.",
+        )
+    return db
+
+
+class JournalReader:
+    """Questions to a run's journal."""
+
+    def __init__(self, directory: Path, database: sqlite3.Connection | None = None) -> None:
+        """Open the journal in `directory` for reading, or use a connection that is open already.
+
+        Raises:
+            NotARun, RunIsNewer, RunIsDamaged: see `open_database`.
+        """
+        self.directory = directory
+        self._db = database or open_database(directory, write=False)
+
+    def close(self) -> None:
+        """Let go of the file. May be called twice."""
+        self._db.close()
+
+    def run(self) -> RunRow:
+        """The run itself."""
+        row = self._db.execute("SELECT name, created_at, root_seed, config, versions, parent_run FROM run").fetchone()
+        return RunRow(row[0], row[1], row[2], row[3], json.loads(row[4]), row[5])
+
+    def generations(self, *, finished: bool = False) -> list[GenerationRow]:
+        """All generations in order, or only those that are finished."""
+        where = " WHERE finished_at IS NOT NULL" if finished else ""
+        return [GenerationRow(*row) for row in self._db.execute(f"SELECT {_GENERATION}{where} ORDER BY number")]
+
+    def last_generation(self) -> GenerationRow | None:
+        """The newest generation, finished or not; None in a run that has not begun."""
+        row = self._db.execute(f"SELECT {_GENERATION} ORDER BY number DESC LIMIT 1").fetchone()
+        return GenerationRow(*row) if row else None
+
+    def algorithm_state(self, generation: int) -> bytes:
+        """The algorithm's state that a generation began with."""
+        row = self._db.execute("SELECT algorithm_state FROM generation WHERE number = ?", (generation,)).fetchone()
+        return bytes(row[0])
+
+    def individuals(self, generation: int) -> list[IndividualRow]:
+        """A generation's individuals in order."""
+        rows = self._db.execute(f"SELECT {_INDIVIDUAL} WHERE generation = ? ORDER BY number", (generation,))
+        return [IndividualRow(*row) for row in rows]
+
+    def fitness(self, generation: int) -> NDArray[np.float64]:
+        """Fitness of a finished generation's individuals in order, shape ``(population,)``."""
+        rows = self._db.execute("SELECT fitness FROM individual WHERE generation = ? ORDER BY number", (generation,))
+        return np.array([row[0] for row in rows], np.float64)
+
+    def individual(self, identity: int) -> IndividualRow:
+        """One individual by its id.
+
+        Raises:
+            NotARun: the run has no such individual.
+        """
+        row = self._db.execute(f"SELECT {_INDIVIDUAL} WHERE id = ?", (identity,)).fetchone()
+        if row is None:
+            last = self._db.execute("SELECT coalesce(max(id), 0) FROM individual").fetchone()[0]
+            raise NotARun(
+                f"{self.directory} has no individual {identity}.", f"Individuals are numbered from 1 to {last}."
+            )
+        return IndividualRow(*row)
+
+    def champion(self) -> IndividualRow | None:
+        """The best individual of the last finished generation; the first of equals. None before there is one."""
+        row = self._db.execute(
+            f"SELECT {_INDIVIDUAL} WHERE generation = (SELECT max(number) FROM generation WHERE finished_at IS NOT "
+            "NULL) ORDER BY fitness DESC, number LIMIT 1"
+        ).fetchone()
+        return IndividualRow(*row) if row else None
+
+    def attempts(self, generation: int) -> list[AttemptRow]:
+        """A generation's attempts in the order of their ids."""
+        return list(self._attempts("WHERE generation = ? ORDER BY id", generation))
+
+    def attempt(self, identity: int) -> AttemptRow:
+        """One attempt by its id.
+
+        Raises:
+            NotARun: the run has no such trial.
+        """
+        for row in self._attempts("WHERE id = ?", identity):
+            return row
+        last = self.count_attempts()
+        known = f"Trials are numbered from 1 to {last}." if last else "It has no trials yet."
+        raise NotARun(f"{self.directory} has no trial {identity}.", known)
+
+    def count_attempts(self) -> int:
+        """The highest attempt id so far."""
+        return int(self._db.execute("SELECT coalesce(max(id), 0) FROM attempt").fetchone()[0])
+
+    def events(self) -> list[tuple[str, int | None, str, str]]:
+        """(time, generation, kind, message) of all events in order."""
+        return self._db.execute("SELECT at, generation, kind, message FROM event ORDER BY id").fetchall()
+
+    def _attempts(self, where: str, *values: int) -> Iterator[AttemptRow]:
+        for row in self._db.execute(f"SELECT {_ATTEMPT} {where}", values):
+            yield AttemptRow(
+                id=row[0],
+                generation=row[1],
+                individual=row[2],
+                trial=row[3],
+                attempt=row[4],
+                start=tuple(json.loads(row[5])),
+                noise_key=int(row[6], 16),
+                end_reason=None if row[7] is None else EndReason[row[7].upper()],
+                steps=row[8],
+                state_hash=row[9],
+                final_state=None if row[10] is None else tuple(json.loads(row[10])),
+                robot_s=row[11],
+                fitness=row[12],
+            )
+
+
+def trial_arrays(attempts: list[AttemptRow]) -> tuple[NDArray[np.float64], NDArray[np.uint64], NDArray[np.int64]]:
+    """Starts, noise keys and ids of attempts as `sceann_hil.robot.Trials` wants them."""
+    return (
+        np.array([a.start for a in attempts], np.float64),
+        np.array([a.noise_key for a in attempts], np.uint64),
+        np.array([a.id for a in attempts], np.int64),
+    )

@@ -1,0 +1,247 @@
+"""Writing a journal: intent before a trial, result after it, the algorithm's state with every generation."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sceann_hil.coding import Bits, genome_to_hex
+from sceann_hil.errors import RunExists
+from sceann_hil.journal.reader import JournalReader, open_database
+from sceann_hil.journal.schema import APPLICATION_ID, JOURNAL_NAME, SCHEMA, SCHEMA_VERSION, UNBORN_NAME
+from sceann_hil.robot import EndReason, Results
+
+
+@dataclass(frozen=True, slots=True)
+class Slots:
+    """Which places in a generation n attempts are for; integer arrays of shape ``(n,)``.
+
+    Attributes:
+        individual: place in the generation.
+        trial: which of the individual's trials.
+        attempt: 0, and one more each time the attempt before was void.
+    """
+
+    individual: NDArray[np.int64]
+    trial: NDArray[np.int64]
+    attempt: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.individual)
+
+    def take(self, which: slice | NDArray[np.intp]) -> Slots:
+        """Some of them, in the order asked for."""
+        return Slots(self.individual[which], self.trial[which], self.attempt[which])
+
+
+class Journal:
+    """The writing side of a run's journal; the caller holds the `RunLock`.
+
+    Every method is one transaction: it is on disk when the method returns, or it has not happened.
+
+    Attributes:
+        reader: the reading side, over the same connection.
+    """
+
+    def __init__(self, directory: Path) -> None:
+        """Open an existing journal.
+
+        Raises:
+            NotARun, RunIsNewer, RunIsDamaged: see `open_database`.
+        """
+        self._db = open_database(directory, write=True)
+        self.reader = JournalReader(directory, self._db)
+
+    @classmethod
+    def create(
+        cls,
+        directory: Path,
+        *,
+        name: str,
+        root_seed: int,
+        config: str,
+        versions: dict[str, str],
+        parent_run: str | None = None,
+    ) -> Self:
+        """Start the journal of a new run.
+
+        Raises:
+            RunExists: there is a journal already.
+        """
+        path = directory / JOURNAL_NAME
+        if path.exists():
+            raise RunExists(f"{directory} already holds a run.", "Choose another --out, or `sceann resume` this run.")
+        # the file gets its name only when it is whole: a process killed here leaves no half-made run
+        for leftover in filter(cls.is_unborn, directory.iterdir()):
+            leftover.unlink()
+        making = directory / UNBORN_NAME
+        db = sqlite3.connect(making, isolation_level=None)
+        db.executescript(f"BEGIN; {SCHEMA} PRAGMA application_id = {APPLICATION_ID};")
+        db.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
+        db.execute(
+            "INSERT INTO run VALUES (1, ?, ?, ?, ?, ?, ?)",
+            (name, _now(), root_seed, config, json.dumps(versions), parent_run),
+        )
+        db.execute("COMMIT")
+        db.close()
+        making.rename(path)
+        return cls(directory)
+
+    @staticmethod
+    def is_unborn(path: Path) -> bool:
+        """True for a file that `create` leaves behind if it is killed; it holds nothing."""
+        return path.name.startswith(UNBORN_NAME)
+
+    def begin_generation(
+        self,
+        number: int,
+        state: bytes,
+        genomes: Bits,
+        parents: Sequence[int | None],
+        structures: Sequence[str | None],
+    ) -> None:
+        """A new generation is about to be evaluated.
+
+        Args:
+            number: of the generation, from 0.
+            state: the algorithm's state.
+            genomes: bits, shape ``(population, L)``.
+            parents: ids of the parents.
+            structures: what the algorithm keeps of each besides the bits.
+        """
+        with self._transaction():
+            self._db.execute(
+                "INSERT INTO generation (number, algorithm_state, started_at) VALUES (?, ?, ?)", (number, state, _now())
+            )
+            self._db.executemany(
+                "INSERT INTO individual (generation, number, genome, parent, structure) VALUES (?, ?, ?, ?, ?)",
+                [
+                    (number, i, genome_to_hex(genome), parent, structure)
+                    for i, (genome, parent, structure) in enumerate(zip(genomes, parents, structures, strict=True))
+                ],
+            )
+
+    def intend(
+        self, generation: int, slots: Slots, starts: NDArray[np.float64], keys: NDArray[np.uint64]
+    ) -> NDArray[np.int64]:
+        """These attempts are about to start.
+
+        Args:
+            generation: the generation's number.
+            slots: what they are for.
+            starts: start values, shape ``(n, n_start)``.
+            keys: noise keys, shape ``(n,)``.
+
+        Returns:
+            The attempts' ids, int64, shape ``(n,)``: consecutive, in the order given.
+        """
+        now = _now()
+        with self._transaction():
+            first = int(self._db.execute("SELECT coalesce(max(id), 0) + 1 FROM attempt").fetchone()[0])
+            ids = np.arange(first, first + len(slots), dtype=np.int64)
+            self._db.executemany(
+                "INSERT INTO attempt (id, generation, individual, trial, attempt, start, noise_key, intent_at) "
+                "VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+                [
+                    (identity, generation, i, t, a, json.dumps(start), f"{key:016x}", now)
+                    for identity, i, t, a, start, key in zip(
+                        ids.tolist(),
+                        slots.individual.tolist(),
+                        slots.trial.tolist(),
+                        slots.attempt.tolist(),
+                        starts.tolist(),
+                        keys.tolist(),
+                        strict=True,
+                    )
+                ],
+            )
+        return ids
+
+    def record(self, ids: NDArray[np.int64], results: Results, fitness: NDArray[np.float64]) -> None:
+        """These attempts have ended.
+
+        Args:
+            ids: from `intend`.
+            results: what happened, in the same order.
+            fitness: of each trial, shape ``(n,)``; ignored where the end was void.
+        """
+        now = _now()
+        reasons = [EndReason(r) for r in results.end_reasons.tolist()]
+        with self._transaction():
+            self._db.executemany(
+                "UPDATE attempt SET ended_at = ?, end_reason = ?, steps = ?, state_hash = ?, final_state = ?, "
+                "robot_s = ?, fitness = ? WHERE id = ?",
+                [
+                    (now, reason.name.lower(), steps, crc, json.dumps(final), robot_s, value, identity)
+                    for reason, steps, crc, final, robot_s, value, identity in zip(
+                        reasons,
+                        results.steps.tolist(),
+                        results.hashes.tolist(),
+                        results.final_states.tolist(),
+                        results.durations_s.tolist(),
+                        [None if r.is_void else f for r, f in zip(reasons, fitness.tolist(), strict=True)],
+                        ids.tolist(),
+                        strict=True,
+                    )
+                ],
+            )
+
+    def finish_generation(self, number: int, fitness: NDArray[np.float64], wall_s: float, success_rate: float) -> None:
+        """All trials of a generation are counted; `fitness` has shape ``(population,)``."""
+        with self._transaction():
+            self._db.executemany(
+                "UPDATE individual SET fitness = ? WHERE generation = ? AND number = ?",
+                [(value, number, i) for i, value in enumerate(fitness.tolist())],
+            )
+            self._db.execute(
+                "UPDATE generation SET finished_at = ?, wall_s = ?, best_fitness = ?, mean_fitness = ?, "
+                "worst_fitness = ?, success_rate = ?, "
+                "robot_s = (SELECT sum(robot_s) FROM attempt WHERE generation = number) WHERE number = ?",
+                (_now(), wall_s, fitness.max(), fitness.mean(), fitness.min(), success_rate, number),
+            )
+
+    def note(self, kind: str, message: str, generation: int | None = None) -> None:
+        """Something worth remembering: started, resumed, stopped, finished."""
+        with self._transaction():
+            self._db.execute(
+                "INSERT INTO event (at, generation, kind, message) VALUES (?, ?, ?, ?)",
+                (_now(), generation, kind, message),
+            )
+
+    def close(self) -> None:
+        """Fold the write-ahead log into the file. May be called twice."""
+        self._db.close()
+
+    def _transaction(self) -> _Transaction:
+        return _Transaction(self._db)
+
+
+class _Transaction:
+    """Commit at the end of the block; roll back, whatever was raised, in the middle of it."""
+
+    def __init__(self, db: sqlite3.Connection) -> None:
+        self._db = db
+
+    def __enter__(self) -> None:
+        self._db.execute("BEGIN IMMEDIATE")
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is None:
+            self._db.execute("COMMIT")
+        elif self._db.in_transaction:
+            self._db.execute("ROLLBACK")
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat(timespec="milliseconds")

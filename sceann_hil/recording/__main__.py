@@ -1,0 +1,68 @@
+"""``python -m sceann_hil.recording RUN_DIR``: the recorder process that `RecorderProcess` starts.
+
+It follows the run until its standard input ends, records what is left, and leaves with the exit codes of
+``docs/exit-codes.md``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import sys
+import threading
+from pathlib import Path
+
+from sceann_hil.errors import as_user_error
+from sceann_hil.recording.paths import RecordingPaths
+from sceann_hil.recording.process import Detail, RecorderStatus, State
+
+_NICENESS = 19
+
+
+def main() -> int:
+    """Record until there is nothing more to come."""
+    parser = argparse.ArgumentParser(prog="python -m sceann_hil.recording", description=__doc__)
+    parser.add_argument("run_dir", type=Path)
+    parser.add_argument("--record", type=Detail, choices=list(Detail), default=Detail.ALL)
+    arguments = parser.parse_args()
+    with contextlib.suppress(OSError, AttributeError):
+        os.nice(_NICENESS)
+    status_path = RecordingPaths(arguments.run_dir).status
+    told = RecorderStatus(detail=arguments.record)
+
+    def tell(status: RecorderStatus) -> None:
+        nonlocal told
+        told = status
+
+    ended = threading.Event()
+    threading.Thread(target=_wait_for_end, args=(ended,), daemon=True).start()
+    try:
+        from sceann_hil.recording.recorder import Recorder
+
+        recorder = Recorder(arguments.run_dir, arguments.record, tell)
+        try:
+            recorder.record(more=lambda: not ended.is_set())
+        finally:
+            recorder.close()
+    except Exception as error:
+        user_error = as_user_error(error)
+        message = str(user_error) if user_error else f"{type(error).__name__}: {error}"
+        print(message, file=sys.stderr, flush=True)
+        RecorderStatus(State.FAILED, told.detail, told.generations, told.known, told.trials, message).write(status_path)
+        if user_error is None:
+            raise
+        return int(user_error.exit_code)
+    return 0
+
+
+def _wait_for_end(ended: threading.Event) -> None:
+    # os.read and not sys.stdin: a thread inside a buffered reader would stop the interpreter from ending
+    with contextlib.suppress(OSError):
+        while os.read(0, 4096):
+            pass
+    ended.set()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

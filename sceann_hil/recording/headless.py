@@ -1,0 +1,107 @@
+"""A viewer without a window: pictures for documentation, and what its views complain about for tests."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import subprocess
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from rerun.experimental import ViewerClient
+
+from sceann_hil.errors import ViewerUnavailable
+from sceann_hil.recording.rrd import VIEWER, quiet_environment
+
+NO_DISPLAY = "Use --web for a browser, or run the command on a machine with a screen."
+
+LOCAL = ("--bind", "127.0.0.1")
+"""Nobody but this machine may talk to the viewer."""
+
+_START_TIMEOUT_S = 90.0
+
+
+@contextlib.contextmanager
+def headless_viewer(*sources: str | Path, window: tuple[int, int] = (1600, 900)) -> Iterator[ViewerClient]:
+    """A viewer that has opened `sources` and that a program can talk to; it ends with the block.
+
+    Args:
+        sources: files, or addresses in a catalog.
+        window: its size in points.
+
+    Raises:
+        ViewerUnavailable: it did not start, and why.
+    """
+    with tempfile.TemporaryDirectory() as private:
+        log = Path(private) / "viewer.log"
+        port = _free_port()
+        size = f"{window[0]}x{window[1]}"
+        with log.open("wb") as output:
+            process = subprocess.Popen(
+                [
+                    VIEWER,
+                    "--headless",
+                    "--hide-welcome-screen",
+                    *LOCAL,
+                    "--port",
+                    str(port),
+                    "--window-size",
+                    size,
+                    *sources,
+                ],
+                env={**quiet_environment(), "XDG_RUNTIME_DIR": private},
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+            )
+        try:
+            yield _connected(process, port, log)
+        finally:
+            process.terminate()
+            try:
+                process.wait(20.0)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+
+def complaints(client: ViewerClient) -> dict[str, list[str]]:
+    """Errors and warnings by the name of the view that reports them."""
+    return {view.name: [report.summary for report in view.reports] for view in client.get_state().views if view.reports}
+
+
+def explain_failure(said: str) -> ViewerUnavailable:
+    """What a user should know about a viewer that did not start, from what it said."""
+    if "DISPLAY" in said:
+        return ViewerUnavailable("The viewer has no display to open its window on.", NO_DISPLAY)
+    if "graphics adapter" in said or "render context" in said:
+        return ViewerUnavailable(
+            "The viewer found no graphics driver (Vulkan).",
+            "Install one; on Debian and Ubuntu the package mesa-vulkan-drivers draws without a graphics card.",
+        )
+    lines = [line.strip() for line in said.splitlines() if line.strip()]
+    return ViewerUnavailable(
+        f"The viewer did not start: {lines[0][:300] if lines else 'it said nothing'}",
+        f"Try `{VIEWER} --version`; if that fails too, install rerun-sdk again.",
+    )
+
+
+def _connected(process: subprocess.Popen[bytes], port: int, log: Path) -> ViewerClient:
+    deadline = time.monotonic() + _START_TIMEOUT_S
+    while True:
+        try:
+            client = ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
+            client.get_state()
+            return client
+        except Exception:
+            if process.poll() is not None or time.monotonic() > deadline:
+                raise explain_failure(log.read_text(errors="replace")) from None
+            time.sleep(0.2)
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])

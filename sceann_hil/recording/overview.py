@@ -1,0 +1,125 @@
+"""The run over its generations: fitness, success, everyone's paths, the champion's network, the population."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import rerun as rr
+import yaml
+from rerun.chunk import Chunk
+
+from sceann_hil.recording import network, style
+from sceann_hil.recording.arena import arena_ground
+from sceann_hil.recording.columns import at_generation, once, static
+from sceann_hil.recording.source import RecordedGeneration
+from sceann_hil.recording.trial import RecordedRun, RecordedTrial
+from sceann_hil.scenery import ArenaScenery, CartPoleScenery
+
+_STRIDE = 3
+"""Every how manieth point of a path is drawn."""
+_SWING_WIDTH, _SWING_HEIGHT = 10.0, 10.0
+"""Size of the picture of all pole angles, in the units of its view."""
+SWING_BOUNDS = ((-1.0, 10.4), (-5.6, 5.6))
+"""What a view of it should show: x range, y range (y points down)."""
+
+
+def overview_start(run: RecordedRun, config: str, seed: int) -> Iterator[Chunk]:
+    """What holds for all generations: styles, surroundings, the run's configuration."""
+    yield static("/config", rr.TextDocument(_config_table(run, config, seed), media_type="text/markdown"))
+    yield static(
+        "/fitness/curve",
+        rr.SeriesLines(colors=style.colours(style.BEST, style.MEAN), names=["best", "mean"], widths=2.0),
+    )
+    yield static(
+        "/fitness/everyone",
+        rr.SeriesPoints(colors=style.colours(style.EVERYONE), markers="circle", marker_sizes=1.5, names=["everyone"]),
+    )
+    yield static(
+        "/success", rr.SeriesLines(colors=style.colours(style.SUCCESS), names=["part of all trials"], widths=2.0)
+    )
+    match run.scenery:
+        case ArenaScenery() as scene:
+            yield from arena_ground(scene)
+        case CartPoleScenery() as scene:
+            yield from _swing_frame(run, scene)
+    yield from network.network_scenery(run)
+
+
+def overview_generation(run: RecordedRun, generation: RecordedGeneration) -> Iterator[Chunk]:
+    """One generation's part."""
+    row, fitness = generation.row, generation.fitness
+    when = at_generation(row.number)
+    order = np.argsort(-fitness, kind="stable")
+    yield once("/fitness/curve", when, rr.Scalars([fitness.max(), fitness.mean()]))
+    yield once("/fitness/everyone", when, rr.Scalars(fitness))
+    yield once("/success", when, rr.Scalars([row.success_rate or 0.0]))
+    best, mean = f"{fitness.max():.4g} (individual {generation.champion})", f"{fitness.mean():.4g}"
+    text = f"generation {row.number}: best {best}, mean {mean}"
+    yield once("/log", when, rr.TextLog(text, level="INFO"))
+    for number, (kind, message) in enumerate(generation.notes):
+        yield once(f"/log/note{number}", when, rr.TextLog(f"{kind}: {message}", level="WARN"))
+    yield from _paths(run, generation)
+    weights = generation.weights[generation.champion]
+    yield once("/network/connections", when, network.connections(weights, run.size))
+    picture = style.weight_image(generation.weights.reshape(len(fitness), -1)[order])
+    yield once("/population/weights", when, rr.Image(picture))
+    yield once("/population/fitness", when, rr.BarChart(fitness[order], color=style.TRAIL))
+
+
+def _paths(run: RecordedRun, generation: RecordedGeneration) -> Iterator[Chunk]:
+    """Everyone's trials from red (worst) to blue (best), the champion's on top."""
+    match run.scenery:
+        case ArenaScenery() as scene:
+            name, thin = "/arena", scene.body_radius_m / 36
+        case CartPoleScenery():
+            name, thin = "/swings", 0.012
+        case None:
+            return
+    ranks = np.argsort(np.argsort(generation.fitness, kind="stable"), kind="stable")
+    shades = style.rank_colours(len(ranks))
+    everyone = sorted(generation.trials, key=lambda trial: int(ranks[trial.individual]))
+    best = [trial for trial in generation.trials if trial.champion]
+    when = at_generation(generation.row.number)
+    if everyone:
+        colours = shades[[ranks[trial.individual] for trial in everyone]]
+        strips = [_path(run, trial) for trial in everyone]
+        yield once(f"{name}/paths", when, rr.LineStrips2D(strips, colors=colours, radii=thin, draw_order=1))
+    if best:
+        strips, colour = [_path(run, trial) for trial in best], style.colours(style.CHAMPION)
+        yield once(f"{name}/champion", when, rr.LineStrips2D(strips, colors=colour, radii=2.5 * thin, draw_order=3))
+
+
+def _path(run: RecordedRun, trial: RecordedTrial) -> np.ndarray[tuple[int, ...], np.dtype[np.float32]]:
+    state = trial.trace.state
+    if isinstance(run.scenery, CartPoleScenery):
+        time = np.arange(len(state)) * (_SWING_WIDTH / run.max_steps)
+        height = np.clip(state[:, 2] / run.scenery.largest_angle_rad, -1.05, 1.05) * (_SWING_HEIGHT / 2)
+        points = np.column_stack([time, -height])
+    else:
+        points = state[:, :2]
+    return np.concatenate([points[:-1:_STRIDE], points[-1:]]).astype(np.float32)
+
+
+def _swing_frame(run: RecordedRun, scene: CartPoleScenery) -> Iterator[Chunk]:
+    half = _SWING_HEIGHT / 2
+    lines = [[[0.0, y], [_SWING_WIDTH, y]] for y in (-half, 0.0, half)] + [[[0.0, -half], [0.0, half]]]
+    yield static("/swings/frame", rr.LineStrips2D(lines, colors=style.colours(style.WHEEL), radii=0.01))
+    limit = np.rad2deg(scene.largest_angle_rad)
+    places = [[-0.5, -half], [-0.5, 0.0], [-0.5, half], [_SWING_WIDTH, half + 0.25]]
+    labels = [f"{limit:+.0f}°", "0°", f"{-limit:.0f}°", f"{run.max_steps * run.tick_s:.4g} s"]
+    yield static(
+        "/swings/frame/labels",
+        rr.Points2D(places, radii=0.001, labels=labels, show_labels=True, colors=style.colours(style.LABEL)),
+    )
+
+
+def _config_table(run: RecordedRun, config: str, seed: int) -> str:
+    """The configuration's sections as a Markdown table."""
+    data = yaml.safe_load(config)
+    rows = [("run", f"**{run.name}**"), ("seed", f"**{seed}**")]
+    for key, value in data.items() if isinstance(data, dict) else ():
+        if isinstance(value, dict):
+            inside = ", ".join(f"{k} **{v}**" for k, v in value.items() if not isinstance(v, dict | list))
+            rows.append((str(key), inside))
+    return "| | |\n|---|---|\n" + "\n".join(f"| {key} | {value} |" for key, value in rows)

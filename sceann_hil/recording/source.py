@@ -1,0 +1,184 @@
+"""From the journal to trials with traces: finished generations are run again and must give the journalled bits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sceann_hil.coding import Weights
+from sceann_hil.config import parse_config
+from sceann_hil.errors import NotARun, ReplayDiffers
+from sceann_hil.journal import JOURNAL_NAME, AttemptRow, GenerationRow, JournalReader
+from sceann_hil.journal.reader import trial_arrays
+from sceann_hil.recording.trial import RecordedRun, RecordedTrial, as_id
+from sceann_hil.robot import EndReason, Trials
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedGeneration:
+    """A finished generation.
+
+    Attributes:
+        row: its figures.
+        fitness: of each individual, shape ``(population,)``.
+        weights: of each individual, shape ``(population, n_neurons, n_sources)``.
+        champion: the best individual; the first of equals.
+        trials: all trials that were counted, in the order of their ids.
+        notes: what the journal noted in it: kind and message.
+    """
+
+    row: GenerationRow
+    fitness: NDArray[np.float64]
+    weights: Weights
+    champion: int
+    trials: Sequence[RecordedTrial]
+    notes: Sequence[tuple[str, str]]
+
+
+class RunSource:
+    """The trials of one run, read from its journal while it may still be running.
+
+    Attributes:
+        run: what its trials share.
+        config: its configuration as YAML.
+        seed: root of its seed tree.
+    """
+
+    def __init__(self, run_dir: Path) -> None:
+        """Open the journal.
+
+        Raises:
+            NotARun, RunIsNewer, RunIsDamaged: it cannot be read.
+            ConfigError, PluginError: its configuration needs a package that is not there.
+            NotARun: its robot cannot repeat trials, so there is nothing that pictures could be made of.
+        """
+        self._reader = JournalReader(run_dir)
+        row = self._reader.run()
+        self.config, self.seed = row.config, row.root_seed
+        config = parse_config(row.config, f"the configuration in {run_dir / JOURNAL_NAME}")
+        self._robot, task = config.robot.build(), config.task.build()
+        self._coding, self._dynamics = config.controller.coding, config.controller.dynamics
+        spec = self._robot.spec
+        if not spec.repeatable:
+            raise NotARun(
+                f"{run_dir} has no traces: robot {spec.name} cannot repeat its trials.",
+                "Recordings can be made of simulated runs.",
+            )
+        self.run = RecordedRun(
+            name=as_id(f"{row.name}-{row.root_seed}"),
+            experiment=as_id(row.name),
+            robot=spec.name,
+            size=config.size,
+            tick_s=spec.tick_s,
+            max_steps=task.max_steps,
+            best_fitness=task.best_fitness,
+            scenery=self._robot.scenery,
+        )
+        self._robot.connect()
+
+    def close(self) -> None:
+        """Let go of journal and robot."""
+        self._robot.disconnect()
+        self._reader.close()
+
+    def finished(self) -> list[int]:
+        """Numbers of the generations that are finished by now."""
+        return [row.number for row in self._reader.generations(finished=True)]
+
+    def attempt(self, number: int) -> AttemptRow:
+        """One trial by the number that users see.
+
+        Raises:
+            NotARun: the run has no such trial.
+        """
+        return self._reader.attempt(number)
+
+    def generation(self, number: int) -> RecordedGeneration:
+        """A finished generation, with a trace of every trial.
+
+        Raises:
+            ReplayDiffers: a trial did not end as the journal says.
+        """
+        row = next(row for row in self._reader.generations(finished=True) if row.number == number)
+        individuals = self._reader.individuals(number)
+        length = self._coding.genome_length(self.run.size)
+        genomes = np.stack([individual.genome_bits(length) for individual in individuals])
+        fitness = np.array([individual.fitness for individual in individuals], np.float64)
+        weights = self._coding.decode(genomes, self.run.size)
+        champion = int(fitness.argmax())
+        notes = [(kind, message) for _, generation, kind, message in self._reader.events() if generation == number]
+        trials = self._traced(self._counted(number), weights, champion)
+        return RecordedGeneration(row, fitness, weights, champion, trials, notes)
+
+    def expected_trials(self, number: int) -> int:
+        """How many trials of a finished generation were counted."""
+        return len(self._counted(number))
+
+    def _counted(self, generation: int) -> list[AttemptRow]:
+        return [row for row in self._reader.attempts(generation) if row.fitness is not None]
+
+    def _traced(self, attempts: list[AttemptRow], weights: Weights, champion: int) -> list[RecordedTrial]:
+        starts, keys, ids = trial_arrays(attempts)
+        trials = Trials(
+            size=self.run.size,
+            dynamics=self._dynamics,
+            weights=weights,
+            genome_index=np.array([row.individual for row in attempts], np.int32),
+            starts=starts,
+            keys=keys,
+            max_steps=self.run.max_steps,
+            ids=ids,
+        )
+        recorded = []
+        for first in range(0, len(attempts), _BATCH):
+            part = slice(first, first + _BATCH)
+            results = self._robot.trace(trials.take(part))
+            if results.traces is None:
+                raise ReplayDiffers(f"robot {self.run.robot} gave no traces.", "Tell the authors of its package.")
+            ends = zip(
+                results.end_reasons.tolist(),
+                results.steps.tolist(),
+                results.hashes.tolist(),
+                results.traces,
+                strict=True,
+            )
+            for row, (reason, steps, crc, trace) in zip(attempts[part], ends, strict=True):
+                _must_agree(row, (EndReason(reason), steps, crc))
+                recorded.append(
+                    RecordedTrial(
+                        id=row.id,
+                        generation=row.generation,
+                        individual=row.individual,
+                        trial=row.trial,
+                        attempt=row.attempt,
+                        fitness=row.fitness,
+                        end_reason=EndReason(reason),
+                        champion=row.individual == champion,
+                        weights=weights[row.individual],
+                        trace=trace,
+                    )
+                )
+        return recorded
+
+
+_BATCH = 1000
+"""Trials traced at once: bounds the memory for traces."""
+
+
+def _must_agree(row: AttemptRow, replayed: tuple[EndReason, int, int]) -> None:
+    journalled = (row.end_reason, row.steps, row.state_hash)
+    if journalled != replayed:
+        raise ReplayDiffers(
+            f"Trial {row.id} (generation {row.generation}, individual {row.individual}, trial {row.trial}) cannot be "
+            f"recorded: the journal says {_outcome(*journalled)}, running it again gives {_outcome(*replayed)}.",
+            "The program, its compiler or the machine computes differently than in the run: use the versions that "
+            "the journal names (`sceann status DIR`). No picture was made of this generation.",
+        )
+
+
+def _outcome(reason: EndReason | None, steps: int | None, crc: int | None) -> str:
+    return f"{reason.name.lower() if reason is not None else 'no end'} after {steps} steps with state hash {crc}"

@@ -1,0 +1,114 @@
+"""What a recording is made of: a run, and one attempt of one of its trials with its trace."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from functools import cached_property
+
+from sceann_hil.coding import NetworkSize, Weights
+from sceann_hil.robot import EndReason, Trace
+from sceann_hil.scenery import ArenaScenery, CartPoleScenery, Scenery
+
+_NOT_IN_AN_ID = re.compile(r"[^A-Za-z0-9_-]+")
+
+
+@dataclass(frozen=True)
+class RecordedRun:
+    """What all trials of a run share.
+
+    Attributes:
+        name: the run's, first part of every recording id.
+        experiment: the rerun application id; runs of one experiment share it.
+        robot: name of the robot (the property ``platform``).
+        size: of the network.
+        tick_s: length of a control step.
+        max_steps: step limit of a trial.
+        best_fitness: no trial can be worth more.
+        scenery: what is drawn; None for signals only.
+    """
+
+    name: str
+    experiment: str
+    robot: str
+    size: NetworkSize
+    tick_s: float
+    max_steps: int
+    best_fitness: float
+    scenery: Scenery | None
+
+    @cached_property
+    def sensor_names(self) -> tuple[str, ...]:
+        """What people call the sensors, in the controller's order."""
+        n = self.size.n_sensors
+        match self.scenery:
+            case ArenaScenery(sensor_directions_rad=directions) if len(directions) == n:
+                return tuple(f"{math.degrees(a):+.0f}°" if abs(a) > 1e-9 else "0°" for a in directions)
+            case CartPoleScenery() if n <= 4:
+                return ("x", "angle", "speed", "rate")[:n]
+        return tuple(f"s{i}" for i in range(n))
+
+    @cached_property
+    def hidden_names(self) -> tuple[str, ...]:
+        """Names of the hidden neurons."""
+        return tuple(f"h{i}" for i in range(self.size.n_hidden))
+
+    @cached_property
+    def motor_names(self) -> tuple[str, ...]:
+        """What people call the motor neurons."""
+        n = self.size.n_motors
+        match self.scenery:
+            case ArenaScenery() if n == 2:
+                return ("left", "right")
+            case CartPoleScenery() if n == 1:
+                return ("force",)
+        return tuple(f"m{i}" for i in range(n))
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedTrial:
+    """One attempt of one trial.
+
+    Attributes:
+        id: the trial number that users see; the journal's attempt id.
+        generation, individual, trial, attempt: its place in the run, all from 0.
+        fitness: None if the attempt was void.
+        end_reason: why it ended.
+        champion: its individual was the best of its generation.
+        weights: of its network, shape ``(n_neurons, n_sources)``.
+        trace: all that happened.
+    """
+
+    id: int
+    generation: int
+    individual: int
+    trial: int
+    attempt: int
+    fitness: float | None
+    end_reason: EndReason
+    champion: bool
+    weights: Weights
+    trace: Trace
+
+    @property
+    def steps(self) -> int:
+        """Control steps done."""
+        return len(self.trace.x)
+
+    @property
+    def title(self) -> str:
+        """What the viewer calls it."""
+        again = f" · attempt {self.attempt}" if self.attempt else ""
+        return f"#{self.id} · gen {self.generation} · ind {self.individual} · trial {self.trial}{again}"
+
+
+def as_id(text: str) -> str:
+    """`text` with everything that rerun would rename replaced by ``-``."""
+    return _NOT_IN_AN_ID.sub("-", text).strip("-") or "run"
+
+
+def recording_id(run: str, generation: int, individual: int, trial: int, attempt: int) -> str:
+    """The rerun recording id of an attempt, such as ``maze_g007_i03_t5``; later attempts end with ``_a1``."""
+    again = f"_a{attempt}" if attempt else ""
+    return f"{as_id(run)}_g{generation:03}_i{individual:02}_t{trial}{again}"

@@ -1,0 +1,190 @@
+"""Showing a run: the gallery of all trials, one trial, or the overview; in a window, a browser, or a picture."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from enum import Enum, auto
+from pathlib import Path
+
+from sceann_hil.errors import NotARun, RunIsLocked, ViewerUnavailable
+from sceann_hil.journal import AttemptRow
+from sceann_hil.recording.catalog import catalog
+from sceann_hil.recording.headless import LOCAL, NO_DISPLAY, complaints, explain_failure, headless_viewer
+from sceann_hil.recording.paths import RecordingPaths
+from sceann_hil.recording.process import Detail, RecorderStatus
+from sceann_hil.recording.recorder import REMEDY, Recorder
+from sceann_hil.recording.rrd import VIEWER, check, quiet_environment
+from sceann_hil.recording.source import RunSource
+from sceann_hil.recording.trial import recording_id
+
+_MEMORY_LIMIT = "50%"
+
+
+class Window(Enum):
+    """Where the viewer appears."""
+
+    NATIVE = auto()
+    """A window of its own."""
+    WEB = auto()
+    """The default browser."""
+
+
+@dataclass(frozen=True, slots=True)
+class Screen:
+    """What to show.
+
+    Attributes:
+        trial: this trial's number; None for all of them.
+        overview: the run over its generations instead.
+    """
+
+    trial: int | None = None
+    overview: bool = False
+
+
+GALLERY = Screen()
+OVERVIEW = Screen(overview=True)
+
+
+def view(
+    run_dir: Path,
+    screen: Screen = GALLERY,
+    window: Window = Window.NATIVE,
+    report: Callable[[RecorderStatus], None] = lambda _: None,
+) -> None:
+    """Show a run and return when the viewer is closed. What has not been recorded is recorded first.
+
+    Args:
+        run_dir: the run.
+        screen: what to show.
+        window: where.
+        report: told how far the recording is.
+
+    Raises:
+        NotARun: there is no such run or trial, or nothing is recorded.
+        RecordingIsDamaged: a file is cut off or unreadable; it is named, with the remedy.
+        ViewerUnavailable: the viewer does not start here, and why.
+    """
+    if window is Window.NATIVE:
+        _require_display()
+    with prepared(run_dir, screen, report) as source:
+        _run_viewer(source, window)
+
+
+def picture(
+    run_dir: Path, screen: Screen, file: Path, at: float | None = None, settle_s: float = 3.0
+) -> dict[str, list[str]]:
+    """Draw a screen into a PNG file; needs no display, but a Vulkan driver (Mesa's software driver will do).
+
+    Args:
+        run_dir: the run.
+        screen: what to show.
+        file: the picture.
+        at: where the time cursor stands: a generation in the overview, seconds in a trial; None: as the viewer likes.
+        settle_s: how long the viewer gets to load and to draw.
+
+    Returns:
+        What views complained about, by their names: empty if all is well.
+
+    Raises:
+        NotARun, RecordingIsDamaged, ViewerUnavailable: as `view`.
+    """
+    with prepared(run_dir, screen) as source, headless_viewer(source) as client:
+        time.sleep(settle_s)
+        if at is not None and screen.overview:
+            client.set_time("generation", sequence=int(at), play_state="paused")
+        elif at is not None:
+            client.set_time("trial_time", duration=at, play_state="paused")
+        time.sleep(settle_s / 2)
+        file.write_bytes(client.take_screenshot())
+        return complaints(client)
+
+
+@contextlib.contextmanager
+def prepared(run_dir: Path, screen: Screen, report: Callable[[RecorderStatus], None] = lambda _: None) -> Iterator[str]:
+    """What a viewer must open to show a screen: a file, or an address that is served until the end of the block.
+
+    Raises:
+        NotARun, RecordingIsDamaged: as `view`.
+    """
+    paths = RecordingPaths(run_dir)
+    source = RunSource(run_dir)
+    try:
+        shown = source.attempt(screen.trial) if screen.trial is not None else None
+        finished = source.finished()
+        name = source.run.name
+    finally:
+        source.close()
+    if not finished:
+        raise NotARun(f"{run_dir} has no finished generation yet.", "Wait for the first one.")
+    if shown is not None and (shown.fitness is None or shown.generation not in finished):
+        raise NotARun(
+            f"Trial {shown.id} cannot be shown: it was void, or its generation {shown.generation} is not finished.",
+            "Choose another trial.",
+        )
+    _record_missing(paths, shown, report)
+    if screen.overview:
+        yield str(_sound(paths.run))
+        return
+    numbers = paths.recorded_generations() if shown is None else [shown.generation]
+    files = [_sound(paths.generation(number)) for number in numbers]
+    for shared in (paths.scenery, paths.trial_blueprint, paths.table_blueprint):
+        _present(shared)
+    with catalog(paths, files) as served:
+        if shown is None:
+            yield served.gallery_url
+        else:
+            yield served.trial_url(recording_id(name, shown.generation, shown.individual, shown.trial, shown.attempt))
+
+
+def _record_missing(paths: RecordingPaths, shown: AttemptRow | None, report: Callable[[RecorderStatus], None]) -> None:
+    """Missing files are made; damaged ones are not touched, because a user should know of them."""
+    before = RecorderStatus.read(paths.status)
+    detail = before.detail if before and shown is None else Detail.ALL
+    try:
+        recorder = Recorder(paths.run_dir, detail, report, replace_damaged=False)
+    except RunIsLocked:
+        return  # a recorder is at work: show what there is by now
+    try:
+        recorder.record(only=None if shown is None else {shown.generation})
+    finally:
+        recorder.close()
+
+
+def _present(path: Path) -> Path:
+    if not path.exists():
+        raise NotARun(f"{path} is not recorded yet.", "A recorder is at work on this run: try again in a moment.")
+    return path
+
+
+def _sound(path: Path) -> Path:
+    check(_present(path), REMEDY)
+    return path
+
+
+def _require_display() -> None:
+    if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise ViewerUnavailable("There is no display to open a window on.", NO_DISPLAY)
+
+
+def _run_viewer(source: str, window: Window) -> None:
+    where = ["--web-viewer", "--web-viewer-port", "0"] if window is Window.WEB else ["--memory-limit", _MEMORY_LIMIT]
+    with tempfile.TemporaryFile() as said:
+        command = [str(VIEWER), "--hide-welcome-screen", *LOCAL, "--port", "auto", *where, source]
+        process = subprocess.Popen(command, env=quiet_environment(), stdin=subprocess.DEVNULL, stderr=said)
+        try:
+            code = process.wait()
+        except KeyboardInterrupt:
+            process.terminate()
+            process.wait()
+            return
+        if code > 0:
+            said.seek(0)
+            raise explain_failure(said.read().decode(errors="replace"))

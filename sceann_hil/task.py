@@ -1,0 +1,44 @@
+"""What a trial is: where it starts, how long it may last, and what it is worth."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sceann_hil.robot import Results
+
+
+class Task(ABC):
+    """A task maps trials to fitness; fitness is maximised.
+
+    Attributes:
+        name: a short name for messages.
+        max_steps: a trial that lasts this long ends with `EndReason.TIME_UP`.
+        start_fields: what the values of a start are; a robot must have the same.
+        best_fitness: no trial can be worth more (for the axes of plots).
+    """
+
+    name: str
+    max_steps: int
+    start_fields: tuple[str, ...]
+    best_fitness: float
+
+    @property
+    @abstractmethod
+    def starts(self) -> NDArray[np.float64]:
+        """Start values of an individual's trials, shape ``(n_trials, n_start)``."""
+
+    @abstractmethod
+    def fitness(self, results: Results) -> NDArray[np.float64]:
+        """Fitness of each trial, shape ``(n,)``; of no meaning where a trial's end was void."""
+
+    @abstractmethod
+    def succeeded(self, results: Results) -> NDArray[np.bool_]:
+        """Which trials reached what the task asks for, shape ``(n,)``."""
+
+    @property
+    def n_trials(self) -> int:
+        """Trials of one individual."""
+        return len(self.starts)

@@ -1,0 +1,88 @@
+"""Reach a target as fast as you can: Katada & Nakazawa, Section III.A, Eq. (3)."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from sceann_hil.plugins import Misfit, RobotConfig, TaskConfig
+from sceann_hil.robot import EndReason, Results
+from sceann_hil.scenery import ArenaScenery
+from sceann_hil.task import Task
+
+
+class GoalReach(Task):
+    """One trial per initial heading; fitness of a trial is 1 - steps / max_steps, and 0 if the goal was not reached.
+
+    Args:
+        max_steps: a trial ends after this many steps.
+        start_m: where the robot is put, x and y.
+        headings_deg: one trial for each, counter-clockwise from the x axis.
+    """
+
+    name = "goal_reach"
+    start_fields = ("x_m", "y_m", "heading_rad")
+    best_fitness = 1.0
+
+    def __init__(self, max_steps: int, start_m: tuple[float, float], headings_deg: tuple[float, ...]) -> None:
+        self.max_steps = max_steps
+        headings = np.deg2rad(headings_deg)
+        headings = (headings + np.pi) % (2.0 * np.pi) - np.pi
+        self._starts = np.column_stack(
+            [np.full_like(headings, start_m[0]), np.full_like(headings, start_m[1]), headings]
+        )
+
+    @property
+    def starts(self) -> NDArray[np.float64]:
+        return self._starts
+
+    def fitness(self, results: Results) -> NDArray[np.float64]:
+        return np.where(self.succeeded(results), 1.0 - results.steps / self.max_steps, 0.0)
+
+    def succeeded(self, results: Results) -> NDArray[np.bool_]:
+        return np.asarray(results.end_reasons == EndReason.GOAL)
+
+
+class GoalReachConfig(TaskConfig):
+    """Drive to the target from a corner, once for each initial heading."""
+
+    type: Literal["goal_reach"] = "goal_reach"
+    max_steps: Annotated[int, Field(ge=1, le=65_535)] = 200
+    """Steps after which a trial ends (the paper's MaxStep)."""
+    start_m: tuple[float, float] = (0.0275, 0.0275)
+    """Where the robot is put: x and y, metres. The default touches both walls."""
+    headings_deg: Annotated[tuple[float, ...], Field(min_length=1, max_length=1000)] = (
+        0.0,
+        45.0,
+        90.0,
+        135.0,
+        180.0,
+        225.0,
+        270.0,
+        315.0,
+    )
+    """One trial for each initial heading, counter-clockwise from the x axis."""
+
+    def build(self) -> GoalReach:
+        return GoalReach(self.max_steps, self.start_m, self.headings_deg)
+
+    def check(self, robot: RobotConfig) -> None:
+        if robot.spec.start_fields != GoalReach.start_fields:
+            raise Misfit(
+                f"the task goal_reach puts a robot at x_m, y_m, heading_rad, but robot {robot.type} starts from "
+                f"{', '.join(robot.spec.start_fields)}",
+                "task.type",
+                "robot.type",
+            )
+        scenery = robot.build().scenery
+        if isinstance(scenery, ArenaScenery):
+            for axis, value, length in zip("xy", self.start_m, scenery.arena_m, strict=True):
+                low, high = scenery.body_radius_m, length - scenery.body_radius_m
+                if not low <= value <= high:
+                    raise Misfit(
+                        f"start_m: expected {axis} in {low:g}..{high:g} m (inside the arena), got {value:g}",
+                        "task.start_m",
+                    )

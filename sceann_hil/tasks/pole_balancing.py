@@ -1,0 +1,63 @@
+"""Keep a pole up and its cart on the track: Katada & Nakazawa, Section IV.A."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from sceann_hil.plugins import Misfit, RobotConfig, TaskConfig
+from sceann_hil.robot import EndReason, Results
+from sceann_hil.task import Task
+
+
+class PoleBalancing(Task):
+    """One trial from a slightly tilted pole; fitness is the number of steps balanced.
+
+    Args:
+        max_steps: a trial that lasts this long is a success.
+        start_angle_deg: the pole's initial angle; everything else starts at 0.
+    """
+
+    name = "pole_balancing"
+    start_fields = ("x_m", "velocity_m_s", "angle_rad", "angular_velocity_rad_s")
+
+    def __init__(self, max_steps: int, start_angle_deg: float) -> None:
+        self.max_steps = max_steps
+        self.best_fitness = float(max_steps)
+        self._starts = np.array([[0.0, 0.0, np.deg2rad(start_angle_deg), 0.0]])
+
+    @property
+    def starts(self) -> NDArray[np.float64]:
+        return self._starts
+
+    def fitness(self, results: Results) -> NDArray[np.float64]:
+        # the step in which the pole or the cart went over is not one in which it was balanced
+        return np.where(self.succeeded(results), results.steps, results.steps - 1).astype(np.float64)
+
+    def succeeded(self, results: Results) -> NDArray[np.bool_]:
+        return np.asarray(results.end_reasons == EndReason.TIME_UP)
+
+
+class PoleBalancingConfig(TaskConfig):
+    """Balance a pole on a cart for as long as possible, in one deterministic trial."""
+
+    type: Literal["pole_balancing"] = "pole_balancing"
+    max_steps: Annotated[int, Field(ge=1, le=65_535)] = 3000
+    """Steps after which the pole counts as balanced."""
+    start_angle_deg: Annotated[float, Field(ge=-36.0, le=36.0)] = 1.0
+    """Initial angle of the pole."""
+
+    def build(self) -> PoleBalancing:
+        return PoleBalancing(self.max_steps, self.start_angle_deg)
+
+    def check(self, robot: RobotConfig) -> None:
+        if robot.spec.start_fields != PoleBalancing.start_fields:
+            raise Misfit(
+                f"the task pole_balancing starts a cart and a pole, but robot {robot.type} starts from "
+                f"{', '.join(robot.spec.start_fields)}",
+                "task.type",
+                "robot.type",
+            )

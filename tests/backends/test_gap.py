@@ -1,0 +1,90 @@
+"""The reality gap: each imperfection does what it says and nothing else."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from backends.cartpole import CartPole
+from backends.diffdrive import DifferentialDrive
+from backends.simulation.gap import GAP_FIXED, Gap, Spread
+from sceann_hil.seeds import Purpose, keys
+from tests.backends.conftest import MakeTrials
+
+MIDDLE = (0.3, 0.3, 0.78)
+
+
+def drive(gap: Gap, **settings: float) -> DifferentialDrive:
+    return DifferentialDrive(3, gap=gap, motion_noise=0.0, **settings)
+
+
+def motion(robot: DifferentialDrive, make_trials: MakeTrials) -> tuple[np.ndarray, np.ndarray]:
+    """Motor outputs (n, 2) and turns (n,) of one long trial in a wide arena."""
+    robot = DifferentialDrive(3, gap=robot.gap, motion_noise=0.0, arena_m=(90.0, 90.0), target_m=(80.0, 80.0))
+    traces = robot.trace(make_trials(robot, 1, start=(45.0, 45.0, 0.78), max_steps=100, seed=3)).traces
+    assert traces is not None
+    turns = np.diff(np.unwrap(traces[0].state[:, 2].astype(float)))
+    return traces[0].x[:, -2:].astype(float) / 1024, turns
+
+
+def turn_of(motors: np.ndarray) -> np.ndarray:
+    return (motors[:, 1] - motors[:, 0]) * 0.08 * 0.2 / 0.055
+
+
+def test_no_gap_is_the_default_and_costs_no_draws() -> None:
+    assert Gap().is_none
+    assert Gap().draw(keys(1, Purpose.TRIAL, [1, 2]), 3, 2, 0.0).shape == (0, 0)
+
+
+def test_fixed_offset_and_gain_change_what_the_controller_sees(make_trials: MakeTrials) -> None:
+    plain, altered = drive(Gap()), drive(Gap(sensor_offset=Spread(0.1), sensor_gain=Spread(0.5)))
+    trials = make_trials(plain, 1, start=MIDDLE, max_steps=1)
+    before, after = plain.trace(trials).traces, altered.trace(trials).traces
+    assert before is not None
+    assert after is not None
+    expected = 0.5 * before[0].sensors[0] + 0.1 * 1023
+    assert np.abs(after[0].sensors[0] - expected).max() <= 1
+
+
+def test_sensor_noise_has_its_deviation(make_trials: MakeTrials) -> None:
+    robot = CartPole(2, gap=Gap(sensor_noise=Spread(0.02)))
+    results = robot.trace(make_trials(robot, 2000, start=(0, 0, 0, 0), max_steps=1))
+    assert results.traces is not None
+    first = np.array([trace.sensors[0] for trace in results.traces]) / 1023
+    assert first.mean(axis=0) == pytest.approx([0.5, 0.5], abs=0.002)
+    assert first.std(axis=0) == pytest.approx([0.02, 0.02], rel=0.06)
+    assert abs(np.corrcoef(first.T)[0, 1]) < 0.1
+
+
+def test_motor_gain_and_latency_change_what_the_body_does(make_trials: MakeTrials) -> None:
+    for delay in (0, 1, 4):
+        motors, turns = motion(drive(Gap(latency_steps=Spread(delay), motor_gain=Spread(0.5))), make_trials)
+        effective = np.concatenate([np.zeros((delay, 2)), motors[: len(motors) - delay]])
+        assert np.abs(0.5 * turn_of(effective) - turns).max() < 1e-4
+
+
+def test_a_motor_inside_its_dead_band_stands_still(make_trials: MakeTrials) -> None:
+    motors, turns = motion(drive(Gap(motor_dead_band=Spread(0.6))), make_trials)
+    assert np.abs(turn_of(np.where(motors < 0.6, 0.0, motors)) - turns).max() < 1e-4
+
+
+def test_the_cart_s_motor_stands_still_at_one_half(make_trials: MakeTrials) -> None:
+    robot = CartPole(2, gap=Gap(motor_dead_band=Spread(0.9)))
+    results = robot.trace(make_trials(robot, 5, start=(0.5, 0, 0, 0), max_steps=50))
+    assert results.traces is not None
+    assert all(np.all(trace.state[:, 0] == np.float32(0.5)) for trace in results.traces)
+
+
+def test_spreads_are_drawn_per_trial_and_per_sensor_from_the_key_alone() -> None:
+    gap = Gap(sensor_offset=Spread(0.5, half_width=0.25), motor_gain=Spread(1.0, deviation=0.1))
+    some = keys(1, Purpose.TRIAL, np.arange(4000))
+    drawn = gap.draw(some, 3, 2, 0.0)
+    offsets, gains = drawn[:, GAP_FIXED : GAP_FIXED + 3], drawn[:, GAP_FIXED + 6 :]
+    assert offsets.min() >= 0.25
+    assert offsets.max() <= 0.75
+    assert offsets.mean(axis=0) == pytest.approx([0.5] * 3, abs=0.01)
+    assert offsets.std(axis=0) == pytest.approx([0.25 / np.sqrt(3)] * 3, rel=0.05)
+    assert gains.mean(axis=0) == pytest.approx([1.0] * 2, abs=0.01)
+    assert gains.std(axis=0) == pytest.approx([0.1] * 2, rel=0.05)
+    assert np.abs(np.corrcoef(np.hstack([offsets, gains]).T) - np.eye(5)).max() < 0.08
+    assert np.array_equal(gap.draw(some[17:18], 3, 2, 0.0)[0], drawn[17])

@@ -1,0 +1,62 @@
+"""Small runs for tests, and what of a journal must be equal between two runs."""
+
+from __future__ import annotations
+
+import sqlite3
+from pathlib import Path
+from typing import Any
+
+from sceann_hil.config import ExperimentConfig, parse_config
+from sceann_hil.experiment import Experiment, Outcome
+from sceann_hil.journal import JOURNAL_NAME
+
+POLE = """
+task: {type: pole_balancing, max_steps: 300}
+robot: {type: cartpole, n_sensors: 2}
+controller: {coding: sceann3, n_hidden: 3}
+algorithm: {type: sga, population: 8, generations: 4}
+"""
+GOAL = """
+task: {type: goal_reach, max_steps: 60, headings_deg: [0, 45, 200]}
+robot: {type: diffdrive, n_sensors: 3}
+controller: {coding: sceann2, n_hidden: 1}
+algorithm: {type: oga, population: 6, generations: 3}
+"""
+
+
+def config_of(text: str, *overrides: str) -> ExperimentConfig:
+    """A validated configuration."""
+    return parse_config(text, "test", overrides)
+
+
+def evolve(directory: Path, text: str = POLE, *overrides: str) -> Outcome:
+    """A whole run in `directory`."""
+    config = config_of(text, *overrides)
+    with Experiment.create(config, directory) as experiment, config.robot.build() as robot:
+        return experiment.evolve(robot)
+
+
+def resume(directory: Path) -> Outcome:
+    """The rest of a run."""
+    with Experiment.open(directory) as experiment, experiment.config.robot.build() as robot:
+        return experiment.evolve(robot)
+
+
+CONTENTS = {
+    "run": "root_seed, config",
+    "generation": "number, algorithm_state, finished_at IS NOT NULL, robot_s, best_fitness, mean_fitness, "
+    "worst_fitness, success_rate",
+    "individual": "*",
+    "attempt": "id, generation, individual, trial, attempt, start, noise_key, end_reason, steps, state_hash, "
+    "final_state, robot_s, fitness",
+}
+"""Everything in a journal but times of day and the events that tell of interruptions."""
+
+
+def contents(directory: Path) -> dict[str, list[Any]]:
+    """What two runs must have in common to be the same run."""
+    db = sqlite3.connect(directory / JOURNAL_NAME)
+    try:
+        return {table: db.execute(f"SELECT {what} FROM {table}").fetchall() for table, what in CONTENTS.items()}
+    finally:
+        db.close()
