@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+
 from sceann_hil.config import ExperimentConfig
 from sceann_hil.errors import NotARun
 from sceann_hil.firmware.image import ControllerImage
@@ -46,7 +48,7 @@ def image_of(reader: JournalReader, config: ExperimentConfig, row: IndividualRow
         size=config.size,
         dynamics=config.controller.dynamics,
         fitness=row.fitness,
-        provenance=f"sceann export {reader.run().name} --genome {row.id} {command}".rstrip(),
+        provenance=f"sceann export {shlex.quote(reader.run().name)} --genome {row.id} {command}".rstrip(),
     )
 
 

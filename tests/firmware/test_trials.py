@@ -312,7 +312,7 @@ class TestCommands:
             ({"TrialId": 0}, Status.BAD_ARGUMENT),
             ({"MaxTicks": 0}, Status.BAD_ARGUMENT),
             ({"TickPeriod": 4}, Status.BAD_ARGUMENT),
-            ({"TickPeriod": 1001}, Status.BAD_ARGUMENT),
+            ({"TickPeriod": 2501}, Status.BAD_ARGUMENT),
             ({"Mode": 3}, Status.BAD_ARGUMENT),
         ],
     )
