@@ -82,7 +82,7 @@ class Rig:
         end = time.monotonic() + timeout_s
         while time.monotonic() < end:
             if heartbeat:
-                self.client.heartbeat(1)
+                self.client.heartbeat()
             for message in self.client.receive(0.05):
                 if matches(message):
                     return message
@@ -93,7 +93,7 @@ class Rig:
         while not condition():
             assert time.monotonic() < end, "the condition never came true"
             if heartbeat:
-                self.client.heartbeat(1)
+                self.client.heartbeat()
             time.sleep(0.01)
 
     def last_output(self) -> BoardRecord:
