@@ -11,8 +11,8 @@ from typing import Annotated, Self
 
 from pydantic import Field
 
-from sceann_hil.timespans import Duration, duration_text
 from sceann_hil.plugins import Section
+from sceann_hil.timespans import Duration, duration_text
 
 _RECENT = 100
 _ENOUGH = 5

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from sceann_hil.timespans import duration_text
 from sceann_hil.task import Task
+from sceann_hil.timespans import duration_text
 
 TREND_GENERATIONS = 8
 """The newest generations whose trials say where the durations are heading."""

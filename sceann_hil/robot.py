@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from sceann_hil.coding import NetworkSize, Weights
 from sceann_hil.controller import Dynamics
+from sceann_hil.diagnosis import Finding, Verdict
 from sceann_hil.scenery import Scenery
 
 
@@ -307,6 +308,23 @@ class Robot(ABC):
     def health(self) -> Health:
         """State of the robot, without side effects; may be called from another thread while a trial runs."""
         return Health()
+
+    def diagnose(self, *, may_move: bool) -> Iterator[Finding]:
+        """Look at the robot, not connected before, and tell what is found; safe at any time.
+
+        Args:
+            may_move: somebody has seen to it that the robot may move for a moment.
+        """
+        try:
+            self.connect()
+        except RobotError as error:
+            yield Finding("connection", Verdict.BAD, str(error))
+            return
+        health = self.health()
+        yield Finding(
+            "health", Verdict.GOOD if health.ok else Verdict.BAD, ", ".join(health.messages) or "nothing to say"
+        )
+        self.disconnect()
 
     def __enter__(self) -> Self:
         self.connect()

@@ -16,7 +16,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sceann_hil.budget import Meter
-from sceann_hil.timespans import duration_text
 from sceann_hil.evaluator import Attended
 from sceann_hil.forecast import Forecast
 from sceann_hil.journal import Circumstances, Journal, Slots
@@ -25,6 +24,7 @@ from sceann_hil.robot import EmergencyStop, EndReason, Health, Results, Robot, R
 from sceann_hil.stopping import Stopped, StopReason
 from sceann_hil.suspenders import Quantity, Suspender
 from sceann_hil.task import Task
+from sceann_hil.timespans import duration_text
 
 LOOK_S = 0.5
 """How often a suspended run looks whether it may go on."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import threading
 from collections import deque
 from pathlib import Path
@@ -83,6 +84,17 @@ class VirtualPosix:
                     pins.tell([0] * body.robot.spec.n_sensors, body.battery_mv, told)
         except (EOFError, OSError):
             return
+
+    @property
+    def socket(self) -> socket.socket:
+        """The host's end of a line that is no pseudo-terminal.
+
+        Raises:
+            ValueError: it is one.
+        """
+        if self.board.line is None:
+            raise ValueError("line: expected a socket, got a pseudo-terminal")
+        return self.board.line.socket
 
     @property
     def port(self) -> str:

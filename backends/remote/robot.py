@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import can
@@ -19,11 +19,13 @@ from backends.link.tethered import run_tethered
 from backends.link.trial import Follower, Order, TrialLost, Watch
 from backends.link.upload import upload
 from backends.remote import rig
+from backends.remote.doctor import examine
 from backends.remote.verdict import end_reason, ended, first_difference, result
 from backends.simulation.engine import SimulatedRobot
 from backends.simulation.recompute import recompute
 from backends.simulation.stepwise import StepwiseBody
 from sceann_hil.controller import Controller
+from sceann_hil.diagnosis import Finding
 from sceann_hil.robot import (
     EmergencyStop,
     EndReason,
@@ -91,7 +93,10 @@ class RemoteRobot(Robot):
         self._link: RobotLink | None = None
         self._descriptor: Descriptor | None = None
         self._loaded: bytes | None = None
+        self._in_doubt = False
         self._complaint = ""
+        self._interrupted: EndReason | None = None
+        self._link_quality: float | None = None
 
     @property
     def spec(self) -> RobotSpec:
@@ -129,12 +134,16 @@ class RemoteRobot(Robot):
             self._body.robot.connect()
             self._body.prepare()
         self._reach()
-        self._check_descriptor()
-        self._rest()
+        try:
+            self._check_descriptor()
+            self._rest()
+        except BaseException:
+            self._hang_up()
+            raise
 
     def _reach(self) -> None:
         deadline = time.monotonic() + self._settings.reconnect_s
-        self._loaded = None
+        self._loaded, self._in_doubt = None, False
         while True:
             self._hang_up()
             try:
@@ -192,6 +201,17 @@ class RemoteRobot(Robot):
         """Stop whatever runs. Without an answer the robot stops by itself 300 ms after our last heartbeat."""
         return self._link is not None and self._link.make_safe()
 
+    def interrupt(self, reason: EndReason) -> None:
+        """One frame, sent past whoever holds the link: STOP, or the latched stop of all robots."""
+        link = self._link
+        if link is None:
+            return
+        self._interrupted = reason
+        if reason is EndReason.EMERGENCY_STOP:
+            link.emergency_stop()
+        else:
+            link.stop_now()
+
     def health(self) -> Health:
         link = self._link
         if link is None:
@@ -203,10 +223,14 @@ class RemoteRobot(Robot):
             fraction = min(1.0, max(0.0, (volts - limits[0]) / (limits[1] - limits[0])))
         told = (f"battery {volts:.2f} V",) if link.battery_mv else ()
         ok = link.state not in (State.SAFE, State.ESTOP)
-        return Health(ok, fraction, (*self._complaints(), *told))
+        return Health(ok, fraction, (*self._complaints(), *told), link_quality=self._link_quality)
 
     def _complaints(self) -> tuple[str, ...]:
         return (self._complaint,) if self._complaint else ()
+
+    def diagnose(self, *, may_move: bool) -> Iterator[Finding]:
+        """Ports, handshake, latency, losses, the robot's own watchdog, sensors, and with leave the motors."""
+        yield from examine(self, self._settings.mode, may_move=may_move)
 
     # -- trials -----------------------------------------------------------------------------------------------------
 
@@ -229,22 +253,51 @@ class RemoteRobot(Robot):
             )
         self._complaint = ""
         self._make_ready(trials)
+        if self._interrupted is not None:
+            return self._called_off()
+        before = _counted(self.link)
         try:
-            return self._attempt(trials)
+            results = self._attempt(trials)
+            self._link_quality = _quality(before, _counted(self.link))
+            return results
         except LinkError as error:
             self._complaint = str(error)
+            self._in_doubt = True
             self.make_safe(str(error))
             return Results.void(1, EndReason.LINK_LOST, len(spec.state_fields))
         except BaseException:
             self.make_safe("the host gives up")
             raise
+        finally:
+            self._clear_interrupt()
+
+    def _called_off(self) -> Results:
+        """Somebody stopped the trial before it began."""
+        reason = self._interrupted if self._interrupted is not None else EndReason.OPERATOR
+        self._clear_interrupt()
+        void = reason if reason.is_void else EndReason.OPERATOR
+        return Results.void(1, void, len(self._spec.state_fields))
+
+    def _clear_interrupt(self) -> None:
+        self._interrupted = None
+        if self._link is not None:
+            self._link.stop_wanted = False
 
     def _make_ready(self, trials: Trials) -> None:
         """Network loaded, robot at its start; nothing has moved yet, so all of it may simply be tried again."""
+        self._load_or_reach(trials)
         if self._settings.rig_address is not None:
+            # only now: a robot that could not be reached may still have been driving
             start = dict(zip(self._spec.start_fields, trials.starts[0].tolist(), strict=True))
             rig.place(self._settings.rig_address, start)
+
+    def _load_or_reach(self, trials: Trials) -> None:
         try:
+            if self._in_doubt:
+                # it may have restarted, and then remembers neither us nor its network
+                self._loaded = None
+                self.link.hello(1.5)
+                self._in_doubt = False
             self._load(trials)
         except Refused as refused:
             if refused.status is not Status.NO_SESSION:
@@ -314,6 +367,9 @@ class RemoteRobot(Robot):
     def _judge(self, trials: Trials, follower: Follower, states: NDArray[np.float32]) -> Results:
         reason = end_reason(follower, self._settings.bumper)
         _, ticks = ended(follower)
+        if reason is EndReason.OPERATOR and self._interrupted is not None:
+            # the robot knows only that it was stopped; who stopped it knows why
+            reason = self._interrupted
         if reason.is_void:
             self._complaint = f"the robot ended the trial: {reason}"
             return Results.void(1, reason, len(self._spec.state_fields))
@@ -364,6 +420,17 @@ class RemoteRobot(Robot):
                 durations_s=np.array([last.ticks * self._spec.tick_s]),
             )
         return void
+
+
+def _counted(link: RobotLink) -> tuple[int, int]:
+    """Messages, and messages that had to be sent again or never came."""
+    statistics = link.statistics
+    return statistics.sent + statistics.received, statistics.retries + statistics.lost_ticks
+
+
+def _quality(before: tuple[int, int], after: tuple[int, int]) -> float:
+    messages, failures = after[0] - before[0], after[1] - before[1]
+    return 1.0 - min(1.0, failures / max(messages, 1))
 
 
 def robot_trial_id(trials: Trials) -> int:

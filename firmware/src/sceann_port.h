@@ -59,7 +59,7 @@ typedef struct sceann_port {
     /* ---- store and watchdog */
     void (*store_read)(void *board, uint16_t at, uint8_t *data, uint8_t n);
     void (*store_write)(void *board, uint16_t at, const uint8_t *data, uint8_t n);  /* may take milliseconds per byte */
-    void (*watchdog)(void *board, sceann_watchdog action);  /* resets the chip when not fed for about 250 ms */
+    void (*watchdog)(void *board, sceann_watchdog action);  /* resets the chip when not fed for about 500 ms */
 } sceann_port;
 
 #endif

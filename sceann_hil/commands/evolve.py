@@ -16,6 +16,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from sceann_hil.ancestor import Ancestor, Take
 from sceann_hil.commands.arguments import (
     AsJson,
     BudgetRobot,
@@ -52,6 +53,12 @@ def evolve(
     ] = None,
     seed: Seed = None,
     overrides: Overrides = None,
+    ancestor: Annotated[
+        Path | None, typer.Option("--from", metavar="RUN", help="Go on from this run's population, on CONFIG's robot.")
+    ] = None,
+    take: Annotated[
+        Take, typer.Option("--take", help="What of that run: its population, or its best.")
+    ] = Take.POPULATION,
     record: Record = RecordChoice.ALL,
     operator: OperatorOption = None,
     budget_robot: BudgetRobot = None,
@@ -64,11 +71,13 @@ def evolve(
     Ctrl-C stops after the current generation, Ctrl-C twice at once; `sceann resume` continues either.
 
     Example: sceann evolve configs/quickstart.yaml --out runs/first --seed 7
+
+    Example: sceann evolve my_robot.yaml --from runs/first --take population
     """
     settings = load_config(config, [*overrides_of(overrides, seed), *operator_override(operator)])
     more = more_of(budget_robot, budget_wall, budget_trials)
     directory = out or Path("runs") / f"{config.stem}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
-    with Experiment.create(settings, directory) as experiment:
+    with Experiment.create(settings, directory, Ancestor(ancestor, take) if ancestor else None) as experiment:
         _run(experiment, record, as_json, more=more)
 
 

@@ -37,6 +37,9 @@ REPLY_TIMEOUT_S = 0.3
 STORE_TIMEOUT_S = 1.5
 """An AVR's EEPROM takes 140 bytes at 3.4 ms."""
 TRIES = 6
+STEP_TIMEOUT_S = 0.1
+"""Before a lock-step is repeated: short enough to send heartbeats meanwhile."""
+STEP_TRIES = 20
 
 
 class Op(IntEnum):
@@ -179,13 +182,19 @@ class RobotClient:
 
     Attributes:
         session: the number by which the robot knows this host.
+        trial_id: the trial that was started last, 0 before the first.
         events: every EVENT, END and heartbeat that came between replies, oldest first, at most 1000.
+        bytes_received: everything that came, valid or not.
+        frames_received: how many valid frames were in it; 0 with many bytes is another firmware or another speed.
     """
 
     def __init__(self, line: Line, node: int = 1, session: int | None = None) -> None:
         self.node = node
         self.session = session if session is not None else secrets.randbelow(0xFFFF) + 1
         self.events: deque[Message] = deque(maxlen=1000)
+        self.trial_id = 0
+        self.bytes_received = 0
+        self.frames_received = 0
         self._line = line
         self._buffer = b""
         self._sequence = 0
@@ -195,7 +204,7 @@ class RobotClient:
     def send(self, name: str, signals: dict[str, int] | None = None, length: int | None = None) -> None:
         """Packs and sends a message of the DBC (raw values), cut to `length` bytes."""
         message = database().get_message_by_name(name)
-        data = bytes(message.encode(signals or {}, scaling=False)) if message.length else b""
+        data = bytes(message.encode(signals or {}, scaling=False, strict=False)) if message.length else b""
         identifier = message.frame_id + (self.node - 1 if message.frame_id else 0)
         self._line.write(encode_frame(identifier, data[:length]))
 
@@ -211,12 +220,15 @@ class RobotClient:
             left = deadline - time.monotonic()
             if left <= 0:
                 return
-            self._buffer += self._line.read(left)
+            data = self._line.read(left)
+            self.bytes_received += len(data)
+            self._buffer = (self._buffer + data)[-65536:]
 
     def _decode(self, frame: bytes) -> Message | None:
         decoded = decode_frame(frame)
         if decoded is None:
             return None
+        self.frames_received += 1
         identifier, data = decoded
         if identifier & 0x7F != self.node:
             return None
@@ -286,9 +298,10 @@ class RobotClient:
                 self.events.append(message)
         return pages
 
-    def heartbeat(self, trial_id: int = 0) -> None:
+    def heartbeat(self) -> None:
         """Tells the robot that its host is alive."""
-        self.send("HostHeartbeat", {"HostState": int(trial_id != 0), "TrialId": trial_id, "Session": self.session})
+        state = {"HostState": int(self.trial_id != 0), "TrialId": self.trial_id}
+        self.send("HostHeartbeat", {**state, "Session": self.session})
 
     def upload(self, image: ControllerImage) -> None:
         """Loads and commits a genome; the network in use stays until the robot has all of it.
@@ -340,6 +353,7 @@ class RobotClient:
     ) -> None:
         """Arms the robot and starts a trial."""
         self.request(Op.ARM)
+        self.trial_id = trial_id
         self.request(
             Op.START,
             TrialId=trial_id,
@@ -365,21 +379,25 @@ class RobotClient:
         Raises:
             NoAnswer: the robot does not answer this tick.
         """
-        for _ in range(TRIES):
+        for attempt in range(STEP_TRIES):
             states = np.full(-(-n_neurons // 3) * 3, -0x8000, np.int16)
+            if attempt:
+                self.heartbeat()
             self.sense_in(tick, sensors)
-            for message in self.receive(REPLY_TIMEOUT_S):
+            for message in self.receive(STEP_TIMEOUT_S):
                 s = message.signals
                 if message.name == "NeuronStates" and s["Tick"] == tick % 256:
                     states[s["First"] : s["First"] + 3] = s["U0"], s["U1"], s["U2"]
                 elif message.name == "Drive" and s["Tick"] == tick % 256:
                     motors = np.array([s[f"Motor{k}"] for k in range(n_motors)], np.int16)
-                    if motors.max() > ONE or (states == -0x8000).any():
-                        raise NoAnswer(f"tick {tick}: the line lost a part of the answer")
+                    if motors.max() > ONE:
+                        raise NoAnswer(f"tick {tick}: expected motors 0..{ONE}, got {motors}")
+                    if (states[:n_neurons] == -0x8000).any():
+                        raise NoAnswer(f"tick {tick}: the line lost a part of the states")
                     return states[:n_neurons], motors, s["Hash"]
                 elif message.name not in ("NeuronStates", "Drive"):
                     self.events.append(message)
-        raise NoAnswer(f"tick {tick}: no DRIVE from the robot after {TRIES} tries")
+        raise NoAnswer(f"tick {tick}: no DRIVE from the robot after {STEP_TRIES} tries")
 
 
 def _descriptor(pages: dict[int, dict[str, int]]) -> Descriptor:

@@ -16,7 +16,7 @@ from sceann_hil.journal.reader import (
     trial_arrays,
 )
 from sceann_hil.journal.schema import JOURNAL_NAME, SCHEMA_VERSION
-from sceann_hil.journal.writer import Circumstances, Journal, Slots
+from sceann_hil.journal.writer import Circumstances, FirstGeneration, Journal, Slots
 
 __all__ = [
     "JOURNAL_NAME",
@@ -24,6 +24,7 @@ __all__ = [
     "SCHEMA_VERSION",
     "AttemptRow",
     "Circumstances",
+    "FirstGeneration",
     "GenerationRow",
     "IndividualRow",
     "Journal",

@@ -65,6 +65,16 @@ class Circumstances:
 NOTHING_SPECIAL = Circumstances()
 
 
+@dataclass(frozen=True, slots=True)
+class FirstGeneration:
+    """Generation 0 of a run that goes on from another one's population; as in `Journal.begin_generation`."""
+
+    state: bytes
+    genomes: Bits
+    parents: Sequence[int | None]
+    structures: Sequence[str | None]
+
+
 class Journal:
     """The writing side of a run's journal; the caller holds the `RunLock`.
 
@@ -95,8 +105,18 @@ class Journal:
         config: str,
         versions: dict[str, str],
         parent_run: str | None = None,
+        first: FirstGeneration | None = None,
     ) -> Self:
         """Start the journal of a new run.
+
+        Args:
+            directory: where; it exists.
+            name: of the experiment.
+            root_seed: of the seed tree.
+            config: YAML with every default spelled out.
+            versions: of what it runs on.
+            parent_run: directory of the run whose population this one starts from.
+            first: generation 0, if it comes from there.
 
         Raises:
             RunExists: there is a journal already.
@@ -115,6 +135,8 @@ class Journal:
             "INSERT INTO run VALUES (1, ?, ?, ?, ?, ?, ?)",
             (name, _now(), root_seed, config, json.dumps(versions), parent_run),
         )
+        if first is not None:
+            _insert_generation(db, 0, first.state, first.genomes, first.parents, first.structures)
         db.execute("COMMIT")
         db.close()
         making.rename(path)
@@ -143,16 +165,7 @@ class Journal:
             structures: what the algorithm keeps of each besides the bits.
         """
         with self._transaction():
-            self._db.execute(
-                "INSERT INTO generation (number, algorithm_state, started_at) VALUES (?, ?, ?)", (number, state, _now())
-            )
-            self._db.executemany(
-                "INSERT INTO individual (generation, number, genome, parent, structure) VALUES (?, ?, ?, ?, ?)",
-                [
-                    (number, i, genome_to_hex(genome), parent, structure)
-                    for i, (genome, parent, structure) in enumerate(zip(genomes, parents, structures, strict=True))
-                ],
-            )
+            _insert_generation(self._db, number, state, genomes, parents, structures)
 
     def intend(
         self, generation: int, slots: Slots, starts: NDArray[np.float64], keys: NDArray[np.uint64]
@@ -311,6 +324,24 @@ class Journal:
 
     def _transaction(self) -> _Transaction:
         return _Transaction(self._db)
+
+
+def _insert_generation(
+    db: sqlite3.Connection,
+    number: int,
+    state: bytes,
+    genomes: Bits,
+    parents: Sequence[int | None],
+    structures: Sequence[str | None],
+) -> None:
+    db.execute("INSERT INTO generation (number, algorithm_state, started_at) VALUES (?, ?, ?)", (number, state, _now()))
+    db.executemany(
+        "INSERT INTO individual (generation, number, genome, parent, structure) VALUES (?, ?, ?, ?, ?)",
+        [
+            (number, i, genome_to_hex(genome), parent, structure)
+            for i, (genome, parent, structure) in enumerate(zip(genomes, parents, structures, strict=True))
+        ],
+    )
 
 
 class _Transaction:

@@ -81,12 +81,17 @@ static void systick_handler(void)
 static uint32_t clock_us(void *board)
 {
     (void)board;
+    static uint32_t latest;
     uint32_t ms, left;
     do {
         ms = milliseconds;
         left = SYST_CVR;
     } while (ms != milliseconds || (SCB_ICSR & SYSTICK_PENDING) != 0u);
-    return ms * 1000u + (cycles_per_ms - 1u - left) * 10u / chip_clock_mhz_x10;
+    const uint32_t now = ms * 1000u + (cycles_per_ms - 1u - left) * 10u / chip_clock_mhz_x10;
+    if ((int32_t)(now - latest) > 0) {
+        latest = now;                  /* an emulated counter may reload before its interrupt is pending: never go back */
+    }
+    return latest;
 }
 
 /* ---- no body ----------------------------------------------------------------------------------------------------- */

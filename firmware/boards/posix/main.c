@@ -27,7 +27,7 @@
 #include <unistd.h>
 
 #define STORE_SIZE 1024u
-#define WATCHDOG_US 250000
+#define WATCHDOG_US 500000
 #define EXIT_USAGE 2
 
 static int store = -1;
@@ -143,7 +143,7 @@ int main(int argc, char **argv)
                                 .node = 1,
                                 .capabilities = SCEANN_HAS_HIL | SCEANN_HAS_WATCHDOG,
                                 .tick_min = 5,
-                                .tick_max = 1000,
+                                .tick_max = 2500,
                                 .clock_us = clock_us,
                                 .receive = line_receive,
                                 .send = line_send,

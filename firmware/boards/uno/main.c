@@ -102,7 +102,7 @@ static void watchdog(void *board, sceann_watchdog action)
     (void)board;
     switch (action) {
     case SCEANN_WATCHDOG_ON:
-        wdt_enable(WDTO_250MS);
+        wdt_enable(WDTO_500MS);
         break;
     case SCEANN_WATCHDOG_FEED:
         wdt_reset();
@@ -145,7 +145,7 @@ static sceann_port port = { .name = "uno",
                                             SCEANN_HAS_WATCHDOG | SCEANN_HAS_BUMPER |
                                             (SCEANN_UNO_SENSORS <= BATTERY_CHANNEL ? SCEANN_HAS_BATTERY : 0u),
                             .tick_min = 20,        /* 2 ms: five conversions, a step, 35 bytes */
-                            .tick_max = 1000,      /* 100 ms: the watchdog wants a tick every 250 ms */
+                            .tick_max = 2500,      /* 250 ms: the watchdog wants a tick every 500 ms */
                             .store_size = E2END + 1u,
                             .clock_us = clock_us,
                             .receive = receive,
