@@ -94,9 +94,7 @@ def flash_board(
         console.print(f"firmware  {plan.image}")
     elif dry_run:
         console.print(f"firmware  {plan.image}\nupload    {plan.shell}")
-        console.print(
-            f"genome    {image.record_crc:08x}, {len(image.genome)} bits, over {port or 'PORT'} at {baud} baud"
-        )
+        console.print(f"genome    {image.record_crc:08x}, {len(image.genome)} bits, over {port or 'PORT'} at {baud} baud")
     else:
         port = port or the_only_port()
         _tell(console, flash(image, plan_flash(image, kind, port), port, baud))
@@ -156,9 +154,7 @@ def verify_board(
             "Build and flash the firmware again; if it stays, this is a bug that we want to hear of.",
         )
     if not as_json:
-        counts = (
-            f"{result.states} states, {result.steps} steps, {result.sequences} sequences ({len(recorded)} recorded)"
-        )
+        counts = f"{result.states} states, {result.steps} steps, {result.sequences} sequences ({len(recorded)} recorded)"
         Console(highlight=False, soft_wrap=True).print(f"{place}: every state is equal. {counts}")
 
 
@@ -166,7 +162,7 @@ def _line(board: Board, port: str | None, baud: int) -> AbstractContextManager[L
     if port is not None:
         return SerialLine(port, baud)
     try:
-        from backends.emulation.lines import emulated_line
+        from backends.emulation.lines import emulated_line  # noqa: PLC0415 - only this needs the emulators
     except ImportError as error:
         raise FirmwareBuildFailed(f"emulation: {error}", "Install sceann-hil with its backends.") from None
     return emulated_line(board)

@@ -108,7 +108,7 @@ def verify(
     trial_id = client.request(Op.LAST)["LastTrialId"]
     steps = 0
     count = 0
-    for count, sensors in enumerate(sequences, 1):
+    for count, sensors in enumerate(sequences, 1):  # noqa: B007
         trial_id = trial_id % 0xFFFF + 1
         difference = _verify_one(client, image, sensors, trial_id, count - 1)
         steps += len(sensors) if difference is None else min(difference.step + 1, len(sensors))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
 from backends.emulation.lines import emulated_line
 from sceann_hil.coding import Coding, NetworkSize
 from sceann_hil.controller import Dynamics, Neuron
