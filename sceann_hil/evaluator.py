@@ -21,7 +21,7 @@ from sceann_hil.coding import Bits, Coding, NetworkSize, genome_to_hex
 from sceann_hil.controller import Dynamics
 from sceann_hil.journal import AttemptRow, Circumstances, Journal, Slots, trial_arrays
 from sceann_hil.robot import EmergencyStop, EndReason, Results, Robot, RobotError, RobotFault, Trials, TrialVoid
-from sceann_hil.saving import Pool, Racing, SavingConfig, bounds, censored_fitness, rounds, still_open
+from sceann_hil.saving import Pool, Racing, SavingConfig, raced_fitness, rounds, still_open
 from sceann_hil.seeds import Purpose, keys
 from sceann_hil.stopping import Stopped
 from sceann_hil.task import Task
@@ -137,8 +137,6 @@ class Evaluator:
         journal: where intents and results go.
         companion: who has a say between trials.
         saving: how robot time is saved.
-        tournament: contestants of the selection, for racing.
-        elites: individuals that the algorithm keeps, for racing.
     """
 
     def __init__(
@@ -150,9 +148,6 @@ class Evaluator:
         journal: Journal,
         companion: Companion | None = None,
         saving: SavingConfig | None = None,
-        *,
-        tournament: int = 2,
-        elites: int = 1,
     ) -> None:
         self._phenotype = phenotype
         self._task = task
@@ -163,8 +158,6 @@ class Evaluator:
         self._journal = journal
         self._companion = companion or Alone()
         self._saving = saving or SavingConfig()
-        self._tournament = tournament
-        self._elites = elites
 
     def evaluate(self, generation: int, genomes: Bits) -> Evaluation:
         """Every trial of every individual, counted exactly once.
@@ -206,8 +199,12 @@ class Evaluator:
             run = wanted[places[:, 0], places[:, 1]] & is_open[places[:, 0]]
             self._run_all(now, places[run])
             if racing:
-                low, high = bounds(self._values(now, number + 1), self._task.worst_fitness, self._task.best_fitness)
-                is_open &= still_open(low, high, self._saving.racing, tournament=self._tournament, elites=self._elites)
+                is_open &= still_open(
+                    self._values(now, number + 1),
+                    self._task.worst_fitness,
+                    self._task.best_fitness,
+                    self._saving.racing,
+                )
         return self._evaluation(now, racing)
 
     def _evaluation(self, now: _Generation, racing: bool) -> Evaluation:
@@ -218,9 +215,8 @@ class Evaluator:
             success_rate = float(np.nanmean(rates))
         values = self._values(now, self._task.n_trials)
         if racing:
-            low, high = bounds(values, self._task.worst_fitness, self._task.best_fitness)
-            complete = ~np.isnan(values).any(axis=1)
-            fitness = np.where(complete, values.mean(axis=1), censored_fitness(low, high))
+            task = self._task
+            fitness = raced_fitness(values, task.worst_fitness, task.best_fitness, self._saving.racing)
             return Evaluation(fitness, success_rate)
         return Evaluation(values.mean(axis=1), success_rate)
 

@@ -188,8 +188,6 @@ class Experiment:
             self.journal,
             _Stoppable(supervisor, lambda: stop() is StopRequest.NOW),
             self.config.saving,
-            tournament=getattr(self.config.algorithm, "tournament", 2),
-            elites=getattr(self.config.algorithm, "elites", 0),
         )
         begun = self.journal.reader.last_generation() is not None
         self.journal.note("resumed" if begun else "started", f"process {os.getpid()}")

@@ -141,8 +141,11 @@ class Desk:
             self._view = replace(self._view, finishing=True)
         if verb in (Verb.PAUSE_AFTER, Verb.PAUSE_NOW):
             self._view = replace(self._view, pausing=True)
+            if phase is Phase.BEFORE:
+                self._set_phase(Phase.IDLE)
         if verb is Verb.RESUME:
             self._view = replace(self._view, pausing=False)
+            self._set_phase(Phase.IDLE)
         if phase is Phase.RUNNING and verb in _ENDS_TRIAL and self._flight is not None:
             self._flight.ended_by = verb
             self._view = replace(self._view, accepts=self._view.accepts - {Verb.STOP, Verb.GOAL, Verb.PAUSE_NOW})

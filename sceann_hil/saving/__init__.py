@@ -6,7 +6,7 @@
 
 from sceann_hil.saving.order import rounds
 from sceann_hil.saving.pooling import Pool
-from sceann_hil.saving.racing import bounds, censored_fitness, still_open
+from sceann_hil.saving.racing import bounds, raced_fitness, still_open
 from sceann_hil.saving.settings import Racing, SavingConfig
 
-__all__ = ["Pool", "Racing", "SavingConfig", "bounds", "censored_fitness", "rounds", "still_open"]
+__all__ = ["Pool", "Racing", "SavingConfig", "bounds", "raced_fitness", "rounds", "still_open"]

@@ -6,7 +6,7 @@ other individual's interval: for every other individual j either ``high_i < low_
 
 *Claim*: whatever the trials that were left out would have given, the next generation is the same.
 *Proof.* Let f be the fitnesses after all trials, and g those that are reported, with ``g_i = f_i`` where all trials
-were run and any number in ``[low_i, high_i]`` otherwise (`censored_fitness` takes the middle). Take two individuals i
+were run and any number in ``[low_i, high_i]`` otherwise (`raced_fitness` takes the middle). Take two individuals i
 and j. If both ran all trials, ``(g_i, g_j) = (f_i, f_j)``. Otherwise one of them, say i, was ended. At that moment its
 interval met no other; intervals only shrink, so those of i and j never meet again, and both ``(f_i, f_j)`` and
 ``(g_i, g_j)`` are one number of each: ``g_i < g_j`` exactly if ``f_i < f_j``, and neither pair is a tie. So f and g
@@ -18,9 +18,10 @@ Whoever may still be the best runs all trials, so that a generation's best fitne
 reported for ended individuals are not their fitness, and an algorithm that uses more than comparisons must not be
 raced. The claim is about one generation: with pooling on, later means are taken over other attempts.
 
-**The approximate rule** may change the selection. An individual with b others that are certainly better (``low_j >
-high_i``) wins a tournament of k among n only if it is drawn and no contestant is one of the b. Its race ends also when
-the expected number of its children, ``(n - elites)`` times the probability that it wins, is below `LEAST_CHILDREN`.
+**The approximate rule** may change the selection. An individual's race ends also when, after `LEAST_TRIALS` trials, its
+mean so far plus one standard error (of the trials that are left, with the spread pooled over individuals and trials) is
+below the median of all means so far. It stays in the population with that mean as its fitness, so a wrong decision
+does not remove anybody: it only ranks the lower half by fewer trials.
 """
 
 from __future__ import annotations
@@ -30,8 +31,8 @@ from numpy.typing import NDArray
 
 from sceann_hil.saving.settings import Racing
 
-LEAST_CHILDREN = 0.2
-"""Expected children below which the approximate rule gives an individual up."""
+LEAST_TRIALS = 2
+"""Trials that the approximate rule always lets an individual run."""
 
 
 def bounds(values: NDArray[np.float64], worst: float, best: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -52,34 +53,52 @@ def bounds(values: NDArray[np.float64], worst: float, best: float) -> tuple[NDAr
     return (total + left * worst) / n_trials, (total + left * best) / n_trials
 
 
-def still_open(
-    low: NDArray[np.float64], high: NDArray[np.float64], rule: Racing, *, tournament: int, elites: int
-) -> NDArray[np.bool_]:
+def still_open(values: NDArray[np.float64], worst: float, best: float, rule: Racing) -> NDArray[np.bool_]:
     """Whose trials must go on, shape ``(population,)``.
 
     Args:
-        low: smallest possible fitness of each individual.
-        high: largest possible one.
+        values: fitness of each trial, NaN where it is not known, shape ``(population, n_trials)``.
+        worst: no trial is worth less.
+        best: no trial is worth more.
         rule: exact or approximate; see the module.
-        tournament: contestants, for the approximate rule.
-        elites: individuals that enter the next generation as they are.
     """
-    n = len(low)
+    low, high = bounds(values, worst, best)
     # a hair of slack: the mean is rounded, and a tie must stay a tie
     slack = 1e-12 * np.maximum(np.abs(low), np.abs(high))
     meets = (low[:, None] - slack[:, None] <= high[None, :] + slack[None, :]) & (
         low[None, :] - slack[None, :] <= high[:, None] + slack[:, None]
     )
     np.fill_diagonal(meets, False)
-    unfinished = high > low
-    is_open = unfinished & meets.any(axis=1)
+    unfinished = np.isnan(values).any(axis=1)
+    is_open = unfinished & (meets.any(axis=1) | (high >= low.max()))
     if rule is Racing.APPROXIMATE:
-        better = (low[None, :] > high[:, None]).sum(axis=1)
-        wins = ((n - better) / n) ** tournament - ((n - better - 1) / n) ** tournament
-        is_open &= ~((better >= max(elites, 1)) & ((n - elites) * wins < LEAST_CHILDREN))
-    return np.asarray(is_open | (unfinished & (high >= low.max())))
+        is_open &= ~_is_behind(values)
+    return np.asarray(is_open)
 
 
-def censored_fitness(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A fitness for individuals whose race ended early: the middle of what it can still be."""
-    return (low + high) / 2.0
+def _is_behind(values: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Who is in the lower half and will hardly leave it, by the approximate rule."""
+    known = ~np.isnan(values)
+    count = known.sum(axis=1)
+    if (count < LEAST_TRIALS).all():
+        return np.zeros(len(values), np.bool_)
+    mean = np.where(known, values, 0.0).sum(axis=1) / np.maximum(count, 1)
+    residual = np.where(known, values - mean[:, None], 0.0)
+    variance = (residual**2).sum() / max(int((count - 1).clip(0).sum()), 1)
+    error = np.sqrt(variance * (1.0 / np.maximum(count, 1) - 1.0 / values.shape[1]))
+    return np.asarray((count >= LEAST_TRIALS) & (mean + error < np.median(mean)))
+
+
+def raced_fitness(values: NDArray[np.float64], worst: float, best: float, rule: Racing) -> NDArray[np.float64]:
+    """Fitness of everybody after a race, shape ``(population,)``: the mean over all trials, where they were run.
+
+    Who was ended gets the middle of what its mean can still be (exact), or its mean so far (approximate).
+    """
+    low, high = bounds(values, worst, best)
+    complete = ~np.isnan(values).any(axis=1)
+    if rule is Racing.APPROXIMATE:
+        known = ~np.isnan(values)
+        ended = np.where(known, values, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
+    else:
+        ended = (low + high) / 2.0
+    return np.where(complete, np.where(complete[:, None], values, 0.0).mean(axis=1), ended)

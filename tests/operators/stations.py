@@ -101,7 +101,8 @@ def with_a_script(run: Run) -> Iterator[Say]:
     def say(verb: Verb) -> bool:
         run.desk.said()
         # the last step keeps the script from running out, which would end the run
-        operators.append(Script(run.desk, [Step(verb, text="words"), Step(Verb.NOTE, delay_s=60, text="patience")]))
+        patience = [Step(Verb.NOTE, phase, 60.0, "patience") for phase in [None] * 10]
+        operators.append(Script(run.desk, [Step(verb, text="words"), *patience]))
         operators[-1].start()
         return _was_said(run, verb)
 
