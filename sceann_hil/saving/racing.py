@@ -69,7 +69,7 @@ def still_open(values: NDArray[np.float64], worst: float, best: float, rule: Rac
         low[None, :] - slack[None, :] <= high[:, None] + slack[:, None]
     )
     np.fill_diagonal(meets, False)
-    unfinished = np.isnan(values).any(axis=1)
+    unfinished: NDArray[np.bool_] = np.asarray(np.isnan(values).any(axis=1))
     is_open = unfinished & (meets.any(axis=1) | (high >= low.max()))
     if rule is Racing.APPROXIMATE:
         is_open &= ~_is_behind(values)
@@ -95,7 +95,7 @@ def raced_fitness(values: NDArray[np.float64], worst: float, best: float, rule: 
     Who was ended gets the middle of what its mean can still be (exact), or its mean so far (approximate).
     """
     low, high = bounds(values, worst, best)
-    complete = ~np.isnan(values).any(axis=1)
+    complete: NDArray[np.bool_] = np.asarray(~np.isnan(values).any(axis=1))
     if rule is Racing.APPROXIMATE:
         known = ~np.isnan(values)
         ended = np.where(known, values, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)

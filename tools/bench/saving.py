@@ -1,8 +1,8 @@
 """Robot minutes to a given fitness on both of the paper's tasks: the plain GA is 1.0, each saving alone and together.
 
-Many runs are evolved side by side (as `sceann_hil.study.lockstep` does it), with the same seeds for every saving. A run's
-robot time to a fitness is what its trials took until a generation's best individual, tested anew on fresh trials that
-cost nothing, was that good; runs that never get there count with all their time, for every saving alike.
+Many runs are evolved side by side (as `sceann_hil.study.lockstep` does it), with the same seeds for every saving. A
+run's robot time to a fitness is what its trials took until a generation's best individual, tested anew on fresh trials
+that cost nothing, was that good; runs that never get there count with all their time, for every saving alike.
 """
 
 from __future__ import annotations
@@ -75,7 +75,8 @@ def _compare(task: str, outcomes: dict[str, Outcome]) -> list[Figure]:
         difference = outcome.tested[:, -1] - plain.tested[:, -1]
         mean, half = difference.mean(), 1.96 * difference.std(ddof=1) / np.sqrt(RUNS)
         measured = (
-            f"{ratio:.2f} [{low:.2f}, {high:.2f}] ({minutes.mean() / 60:.0f} min per run); all generations {whole:.2f}; "
+            f"{ratio:.2f} [{low:.2f}, {high:.2f}] ({minutes.mean() / 60:.0f} min per run); all generations "
+            f"{whole:.2f}; "
             f"final fitness {mean:+.3g} [{mean - half:+.3g}, {mean + half:+.3g}]"
         )
         together = name == "together"
