@@ -235,6 +235,23 @@ class Health:
     link_quality: float | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class GapEstimate:
+    """The gap with which a simulated body behaves like a robot.
+
+    Attributes:
+        sensor_offset: of each sensor, in units of full scale.
+        motor_gain: factor on every motor's distance from standing still.
+        latency_steps: control steps between a motor value and its effect.
+        residual: root mean square of the sensors' differences that are left, in units of full scale.
+    """
+
+    sensor_offset: tuple[float, ...]
+    motor_gain: float
+    latency_steps: int
+    residual: float
+
+
 class Robot(ABC):
     """A body that runs trials. Level 1: what every backend implements."""
 
@@ -264,6 +281,18 @@ class Robot(ABC):
             NotImplementedError: this robot delivers its traces with `run`, or not at all.
         """
         raise NotImplementedError(f"{self.spec.name} cannot repeat a trial")
+
+    def estimate_gap(self, starts: NDArray[np.float64], traces: Sequence[Trace]) -> GapEstimate:
+        """The gap with which this simulated body would behave like the robot that the traces are of.
+
+        Args:
+            starts: start values of each trace's trial, shape ``(n, n_start)``.
+            traces: at least one of more than 2 steps.
+
+        Raises:
+            NotImplementedError: this robot is not simulated.
+        """
+        raise NotImplementedError(f"{self.spec.name} is not simulated")
 
     def settle(self, trials: Trials) -> Results:
         """What became of trials whose start was journalled and whose outcome never was (the host died in between).

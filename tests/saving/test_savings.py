@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sceann_hil.evolution.sga import SGA
@@ -27,6 +27,7 @@ def count(directory: Path) -> int:
     return int(sqlite3.connect(directory / JOURNAL_NAME).execute("SELECT count(*) FROM attempt").fetchone()[0])
 
 
+@settings(deadline=None)
 @given(
     st.integers(2, 12).flatmap(
         lambda n: st.lists(st.lists(st.integers(0, 4), min_size=5, max_size=5), min_size=n, max_size=n)
