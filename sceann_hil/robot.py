@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from sceann_hil.coding import NetworkSize, Weights
 from sceann_hil.controller import Dynamics
 from sceann_hil.diagnosis import Finding, Verdict
+from sceann_hil.durations import Durations
 from sceann_hil.scenery import Scenery
 
 
@@ -333,6 +334,11 @@ class Robot(ABC):
                 means there is).
         """
         self.make_safe(str(reason))
+
+    @property
+    def timing(self) -> dict[str, Durations]:
+        """Histograms of what took how long since the robot was connected, by name: round trips, lateness, ..."""
+        return {}
 
     def health(self) -> Health:
         """State of the robot, without side effects; may be called from another thread while a trial runs."""

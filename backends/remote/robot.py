@@ -26,6 +26,7 @@ from backends.simulation.recompute import recompute
 from backends.simulation.stepwise import StepwiseBody
 from sceann_hil.controller import Controller
 from sceann_hil.diagnosis import Finding
+from sceann_hil.durations import Durations
 from sceann_hil.robot import (
     EmergencyStop,
     EndReason,
@@ -200,6 +201,10 @@ class RemoteRobot(Robot):
     def make_safe(self, reason: str) -> bool:
         """Stop whatever runs. Without an answer the robot stops by itself 300 ms after our last heartbeat."""
         return self._link is not None and self._link.make_safe()
+
+    @property
+    def timing(self) -> dict[str, Durations]:
+        return {"round trip of the link": self._link.statistics.round_trips} if self._link is not None else {}
 
     def interrupt(self, reason: EndReason) -> None:
         """One frame, sent past whoever holds the link: STOP, or the latched stop of all robots."""

@@ -39,11 +39,17 @@ class Measurement:
     @property
     def repeats(self) -> NDArray[np.float64]:
         """An individual's fitness, once for every repeat, shape ``(g, r)``."""
-        return self.fitness.mean(axis=2)
+        return np.asarray(self.fitness.mean(axis=2), np.float64)
 
 
 def measure(
-    robot: Robot, phenotype: Phenotype, task: Task, genomes: Bits, repeats: int, root_seed: int, desk: Desk | None = None
+    robot: Robot,
+    phenotype: Phenotype,
+    task: Task,
+    genomes: Bits,
+    repeats: int,
+    root_seed: int,
+    desk: Desk | None = None,
 ) -> Measurement:
     """Run every genome `repeats` times through all trials of the task.
 

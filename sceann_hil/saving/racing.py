@@ -101,4 +101,5 @@ def raced_fitness(values: NDArray[np.float64], worst: float, best: float, rule: 
         ended = np.where(known, values, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
     else:
         ended = (low + high) / 2.0
-    return np.where(complete, np.where(complete[:, None], values, 0.0).mean(axis=1), ended)
+    whole = np.where(complete[:, None], values, 0.0).mean(axis=1)
+    return np.asarray(np.where(complete, whole, ended), np.float64)

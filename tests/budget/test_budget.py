@@ -24,7 +24,7 @@ def one_by_one(directory: Path, *overrides: str, more: dict[str, float] | None =
     config = config_of(GOAL, *overrides)
     robot: Robot = Beside(config.robot.build())
     exists = directory.exists()
-    with (Experiment.open(directory) if exists else Experiment.create(config, directory)) as experiment, robot:
+    with Experiment.open(directory) if exists else Experiment.create(config, directory) as experiment, robot:
         return experiment.evolve(robot, limits=experiment.extended(more or {}))
 
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from backends.cartpole import CartPole
-from backends.simulation.gap import Gap, Spread as GapSpread
+from backends.simulation.gap import Gap
+from backends.simulation.gap import Spread as GapSpread
 from sceann_hil.coding import Coding, NetworkSize
 from sceann_hil.controller import Dynamics
 from sceann_hil.drift import Drift

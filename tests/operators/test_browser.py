@@ -119,7 +119,14 @@ def test_a_person_runs_a_trial_with_the_panel(browser: WebDriver, desk: Desk, pa
     assert "10.0 cm from the left" in browser.find_element(By.ID, "what").text
     assert wait(browser, "document.getElementById('pose').naturalWidth > 100")
     facts = browser.find_element(By.ID, "facts").text
-    for told in ("97 of 200", "67 %", "robot time: 1:44:30 left", "budget ends in about", "battery 7.61 V", "3 h 36 min"):
+    for told in (
+        "97 of 200",
+        "67 %",
+        "robot time: 1:44:30 left",
+        "budget ends in about",
+        "battery 7.61 V",
+        "3 h 36 min",
+    ):
         assert told in facts
     assert "goal after 121 steps" in browser.find_element(By.ID, "history").text
     press(browser, "ready")
@@ -209,7 +216,9 @@ def test_when_the_run_is_gone_the_page_says_so_and_offers_nothing(browser: WebDr
         browser.get(panel.url)
         wait(browser, "document.body.dataset.phase === 'before'")
     wait(browser, "!document.getElementById('offline').hidden")
-    assert not browser.execute_script("return [...document.querySelectorAll('button[data-verb]')].some(b => !b.disabled)")
+    assert not browser.execute_script(
+        "return [...document.querySelectorAll('button[data-verb]')].some(b => !b.disabled)"
+    )
     assert asking.answers == []
     desk.press(Verb.READY, by="test", question=desk.view().question)
     asking.join()

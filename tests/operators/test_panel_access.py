@@ -94,7 +94,15 @@ def test_a_page_of_somebody_else_cannot_press(local: WebPanel) -> None:
 
 @pytest.mark.parametrize(
     "body",
-    [{}, [], "x", {"verb": "dance"}, {"verb": "ready"}, {"verb": "ready", "question": "1"}, {"verb": "note", "text": 5}],
+    [
+        {},
+        [],
+        "x",
+        {"verb": "dance"},
+        {"verb": "ready"},
+        {"verb": "ready", "question": "1"},
+        {"verb": "note", "text": 5},
+    ],
 )
 def test_nonsense_is_refused(local: WebPanel, body: object) -> None:
     assert post(address(local), body)[0] == 400

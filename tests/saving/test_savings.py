@@ -74,8 +74,10 @@ def test_reuse_on_a_noise_free_task_gives_the_same_run_with_fewer_trials(tmp_pat
     evolve(tmp_path / "reused", POLE, "saving.reuse=true")
     assert contents(tmp_path / "reused")["individual"] == contents(tmp_path / "plain")["individual"]
     assert count(tmp_path / "reused") < count(tmp_path / "plain")
-    once = "SELECT count(*) = count(DISTINCT genome || trial) FROM attempt a JOIN individual i " \
+    once = (
+        "SELECT count(*) = count(DISTINCT genome || trial) FROM attempt a JOIN individual i "
         "ON i.generation = a.generation AND i.number = a.individual"
+    )
     assert sqlite3.connect(tmp_path / "reused" / JOURNAL_NAME).execute(once).fetchone() == (1,)
 
 

@@ -115,4 +115,6 @@ def test_a_disk_that_is_nearly_full_pauses_the_run(tmp_path: Path, monkeypatch: 
     config = config_of(GOAL, "algorithm.generations=0", f"suspenders={text}")
     with Experiment.create(config, tmp_path / "run") as experiment, Beside(config.robot.build()) as robot:
         assert experiment.evolve(robot) is Outcome.FINISHED
-        assert ("suspended", "disk 100 MB free") in [(kind, words) for _, _, kind, words in experiment.journal.reader.events()]
+        assert ("suspended", "disk 100 MB free") in [
+            (kind, words) for _, _, kind, words in experiment.journal.reader.events()
+        ]
