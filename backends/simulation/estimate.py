@@ -3,7 +3,8 @@
 The robot's motor values are known exactly (its network can be computed from its sensors), so the body is driven with
 them, open loop, from the trial's start: delayed by the latency, scaled by the motor gain. The sensors that it would
 have had are held against those that the robot had; what is left on average is each sensor's offset. Latency and gain
-are the ones with the least squares. Only the first steps of a trial are used: later on an unstable body has forgotten its start.
+are the ones with the least squares. Only the first steps of a trial are used: later on an unstable body has forgotten
+its start.
 """
 
 from __future__ import annotations

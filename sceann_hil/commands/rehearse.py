@@ -38,7 +38,7 @@ def rehearse(
     ] = None,
     prompt_s: Annotated[
         float, typer.Option("--prompt-s", min=0, help="Seconds that a person needs per prompt.")
-    ] = 20.0,
+    ] = PROMPT_S,
     seed: Seed = None,
     overrides: Overrides = None,
     as_json: AsJson = False,

@@ -188,7 +188,8 @@ def test_of_two_devices_the_first_answer_wins_and_the_other_sees_it(
     asking.join()
     status = other.execute_async_script(
         "const done = arguments[1]; fetch('/press', {method: 'POST', headers: {'Content-Type': 'application/json'}, "
-        "body: JSON.stringify({verb: 'skip', question: arguments[0]})}).then(r => r.text().then(t => done([r.status, t])))",
+        "body: JSON.stringify({verb: 'skip', question: arguments[0]})})"
+        ".then(r => r.text().then(t => done([r.status, t])))",
         question,
     )
     assert status[0] == 409

@@ -1,7 +1,7 @@
 """The forecast of a run's end after a fifth of its trials, against when it did end, over many runs of both tasks.
 
-Robot times are those of real evolutions; a person's time per trial is drawn from a log-normal distribution (median 20 s,
-sigma 0.5), as the operator's column of a journal would hold it.
+Robot times are those of whole evolutions; a person's time per trial is drawn from a log-normal distribution (median
+20 s, sigma 0.5), as the operator's column of a journal would hold it.
 """
 
 from __future__ import annotations
