@@ -54,6 +54,7 @@ def _library() -> ct.CDLL:
         ("chip_peek", None, (chip, uint, data, uint)),
         ("chip_poke", None, (chip, uint, data, uint)),
         ("chip_exchange", ct.c_int, (chip, uint, ct.c_uint8, uint, data, uint, uint, data, uint, uint, u64)),
+        ("chip_hang", None, (chip,)),
         ("chip_adc", None, (chip, ct.c_int, u32)),
         ("chip_pin", None, (chip, ct.c_char, ct.c_int, ct.c_int)),
         ("chip_eeprom_size", uint, (chip,)),
@@ -127,6 +128,10 @@ class AvrChip:
         state = self._library.chip_run(self._chip, until_bytes, cycles)
         if state in (CPU_DONE, CPU_CRASHED):
             raise RobotFault(f"the simulated chip {'crashed' if state == CPU_CRASHED else 'stopped'}")
+
+    def hang(self) -> None:
+        """The program runs in circles from now on, deaf to interrupts: a fault that only the watchdog can end."""
+        self._library.chip_hang(self._chip)
 
     # -- serial line ------------------------------------------------------------------------------------------------
 
