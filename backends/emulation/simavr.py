@@ -84,7 +84,7 @@ class AvrChip:
     """A simulated chip with its UART 0 as a serial line.
 
     Args:
-        image: an ELF file, or an Intel HEX file.
+        image: an ELF file, or a binary one (``.bin``) that is put at `reset_pc`.
         mcu: simavr's name of the chip.
         reset_pc: where it starts, in bytes (a bootloader's place; 0 for a program).
         reset_flags: why it starts, as in MCUSR.
@@ -95,7 +95,7 @@ class AvrChip:
     ) -> None:
         self._library = _library()
         self._chip = self._library.chip_new(
-            str(image).encode(), image.suffix == ".hex", mcu.encode(), HZ, reset_pc, reset_flags
+            str(image).encode(), image.suffix == ".bin", mcu.encode(), HZ, reset_pc, reset_flags
         )
         if not self._chip:
             raise FirmwareBuildFailed(f"simavr cannot start {mcu} with {image.name}.")

@@ -8,9 +8,9 @@
 #include <simavr/avr_uart.h>
 #include <simavr/sim_avr.h>
 #include <simavr/sim_elf.h>
-#include <simavr/sim_hex.h>
 #include <simavr/sim_io.h>
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -133,8 +133,8 @@ uint64_t chip_marked_max(const chip *c)
 
 /* ---- life -------------------------------------------------------------------------------------------------------- */
 
-/* `image` is an ELF file, or an Intel HEX file that is put at its own addresses (a bootloader). */
-chip *chip_new(const char *image, int is_hex, const char *mcu, uint32_t hz, uint32_t reset_pc, uint8_t reset_flags)
+/* `image` is an ELF file, or a binary one that is put at reset_pc (a boot loader). */
+chip *chip_new(const char *image, int is_binary, const char *mcu, uint32_t hz, uint32_t reset_pc, uint8_t reset_flags)
 {
     avr_global_logger_set(no_log);
     avr_t *avr = avr_make_mcu_by_name(mcu);
@@ -144,16 +144,14 @@ chip *chip_new(const char *image, int is_hex, const char *mcu, uint32_t hz, uint
         return NULL;
     }
     avr_init(avr);
-    if (is_hex) {
-        uint32_t size = 0, start = 0;
-        uint8_t *bytes = read_ihex_file(image, &size, &start);
-        if (bytes == NULL) {
+    if (is_binary) {
+        FILE *file = fopen(image, "rb");
+        memset(avr->flash, 0xFF, avr->flashend + 1u);
+        if (file == NULL || fread(avr->flash + reset_pc, 1, avr->flashend + 1u - reset_pc, file) == 0u) {
             free(c);
             return NULL;
         }
-        memset(avr->flash, 0xFF, avr->flashend + 1u);
-        memcpy(avr->flash + start, bytes, size);
-        free(bytes);
+        fclose(file);
         avr->frequency = hz;
         avr->codeend = avr->flashend;
     } else {

@@ -28,14 +28,16 @@ class ChipTerminal:
     Args:
         power_on: makes the chip; called in the thread when the first byte comes from the terminal, as opening the port
             resets an Arduino.
+        deaf_s: what comes in the first so many seconds after that is lost, as a chip in reset loses it.
     """
 
-    def __init__(self, power_on: Callable[[], AvrChip]) -> None:
+    def __init__(self, power_on: Callable[[], AvrChip], deaf_s: float = 0.0) -> None:
         self._master, self._slave = pty.openpty()
         tty.setraw(self._slave)
         self.port = Path(os.ttyname(self._slave))
         self.chip: AvrChip | None = None
         self._power_on = power_on
+        self._deaf_s = deaf_s
         self._end = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
@@ -49,9 +51,12 @@ class ChipTerminal:
         began = time.monotonic()
         origin = self.chip.cycles
         while not self._end.is_set():
-            ahead_s = (self.chip.cycles - origin) / HZ - (time.monotonic() - began)
+            lived_s = (self.chip.cycles - origin) / HZ
+            ahead_s = lived_s - (time.monotonic() - began)
             if select.select([self._master], [], [], max(ahead_s, 0.0))[0]:
-                self.chip.write(os.read(self._master, 256))
+                data = os.read(self._master, 256)
+                if lived_s >= self._deaf_s:
+                    self.chip.write(data)
             self.chip.run(int(SLICE_S * HZ))
             sent = self.chip.read(0.0)
             if sent:

@@ -17,6 +17,9 @@ BAUD = 115_200
 START_S = 6.0
 """How long a robot may take to answer: opening its port resets an Arduino, whose boot loader waits first."""
 
+SESSION_S = 1.5
+"""Longer than a robot waits for a host that has gone without a word."""
+
 
 class SerialLine:
     """`read` and `write` of `sceann_hil.firmware.client.Line` on a port that pyserial can open.
@@ -96,11 +99,15 @@ def meet(client: RobotClient, place: str) -> Descriptor:
     Raises:
         FlashFailed: silence, another firmware, another version, or another host in charge.
     """
-    deadline = time.monotonic() + START_S
+    began = time.monotonic()
+    deadline = began + START_S
     while True:
         try:
             return client.hello()
         except Refused as refused:
+            if refused.status is Status.OTHER_HOST and time.monotonic() < began + SESSION_S:
+                time.sleep(0.2)
+                continue
             raise _refusal(place, refused) from None
         except NoAnswer:
             if time.monotonic() < deadline:
