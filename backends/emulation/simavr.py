@@ -24,9 +24,8 @@ CPU_DONE, CPU_CRASHED = 6, 7
 POWER_ON, EXTERNAL_RESET, WATCHDOG_RESET = 0x01, 0x02, 0x08
 """Bits of the chip's register MCUSR: why it started."""
 
-SHIM = Toolchain(
-    "gcc", "gcc libc6-dev libsimavr-dev libelf-dev", ("-O2", "-shared", "-fPIC"), ("-lsimavr", "-lelf")
-)
+SHIM = Toolchain("gcc", "gcc libc6-dev libsimavr-dev libelf-dev", ("-O2", "-shared", "-fPIC"), ("-lsimavr", "-lelf"))
+
 
 @cache
 def _library() -> ct.CDLL:
@@ -90,9 +89,7 @@ class AvrChip:
         reset_flags: why it starts, as in MCUSR.
     """
 
-    def __init__(
-        self, image: Path, mcu: str = "atmega328p", reset_pc: int = 0, reset_flags: int = POWER_ON
-    ) -> None:
+    def __init__(self, image: Path, mcu: str = "atmega328p", reset_pc: int = 0, reset_flags: int = POWER_ON) -> None:
         self._library = _library()
         self._chip = self._library.chip_new(
             str(image).encode(), image.suffix == ".bin", mcu.encode(), HZ, reset_pc, reset_flags
@@ -230,9 +227,7 @@ class UnoBoard(AvrChip):
         reset_flags: why it starts.
     """
 
-    def __init__(
-        self, flags: tuple[str, ...] = (), eeprom: bytes | None = None, reset_flags: int = POWER_ON
-    ) -> None:
+    def __init__(self, flags: tuple[str, ...] = (), eeprom: bytes | None = None, reset_flags: int = POWER_ON) -> None:
         super().__init__(build_board(Board.UNO, flags), reset_flags=reset_flags)
         self.eeprom = b"\xff" * 1024 if eeprom is None else eeprom
         for switch in (2, 3):
@@ -254,9 +249,7 @@ class UnoBoard(AvrChip):
     @property
     def motors(self) -> tuple[int, int]:
         """PWM duty of the right and the left motor as the driver sees it, -255..255; (0, 0) is the safe output."""
-        control, duty_a, duty_b, port = (
-            self.peek(register, 1)[0] for register in (_TCCR0A, _OCR0A, _OCR0B, _PORTD)
-        )
+        control, duty_a, duty_b, port = (self.peek(register, 1)[0] for register in (_TCCR0A, _OCR0A, _OCR0B, _PORTD))
         right = duty_b if control & _CONNECTED_B else 0
         left = duty_a if control & _CONNECTED_A else 0
         return (

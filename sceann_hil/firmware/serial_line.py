@@ -71,7 +71,9 @@ def _port_error(port: str, error: Exception) -> FlashFailed:
     if number in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in str(error):
         return FlashFailed(f"{port}: another program has the port open.", "Close it (a serial monitor?) and try again.")
     if number in (errno.EACCES, errno.EPERM):
-        return FlashFailed(f"{port}: you may not open this port.", "Add yourself to its group: usermod -aG dialout USER")
+        return FlashFailed(
+            f"{port}: you may not open this port.", "Add yourself to its group: usermod -aG dialout USER"
+        )
     return FlashFailed(f"{port}: the port cannot be opened: {error}.", f"Ports now: {describe_ports()}")
 
 

@@ -78,7 +78,9 @@ def test_library_descriptions_agree_with_the_firmware() -> None:
     header = (FIRMWARE / "src" / "sceann_robot.h").read_text()
     version = ".".join(re.findall(r"SCEANN_FIRMWARE_(?:MAJOR|MINOR|PATCH) (\d+)u", header))
     assert properties["version"] == platformio["version"] == version
-    assert {"name", "author", "maintainer", "sentence", "paragraph", "category", "url", "architectures"} <= set(properties)
+    assert {"name", "author", "maintainer", "sentence", "paragraph", "category", "url", "architectures"} <= set(
+        properties
+    )
     assert (FIRMWARE / platformio["build"]["srcDir"] / platformio["headers"]).exists()
     for example in platformio["examples"]:
         assert all((FIRMWARE / example["base"] / name).exists() for name in example["files"])
