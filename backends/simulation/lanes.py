@@ -107,6 +107,7 @@ def _run_lanes(
     step = np.zeros(LANES, np.int32)
     ended = np.zeros(LANES, np.int32)
     trial_of = np.full(LANES, -1, np.int64)
+    listed = np.zeros(LANES + 1, np.uint64)
     next_trial = 0
     running = 0
 
@@ -115,9 +116,13 @@ def _run_lanes(
         for lane in range(LANES):
             n_ended += 1 if ended[lane] != RUNNING else 0
         if n_ended > LANES - running or running == 0:
+            # listed first without a branch: which lanes end is what no processor can predict
+            n_listed = 0
             for lane in range(LANES):
-                if ended[lane] == RUNNING:
-                    continue
+                listed[n_listed] = lane
+                n_listed += 1 if ended[lane] != RUNNING else 0
+            for entry in range(n_listed):
+                lane = listed[entry]
                 trial = trial_of[lane]
                 if trial >= 0:
                     end_reasons[trial] = ended[lane]
