@@ -8,7 +8,7 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 
-from sceann_hil.commands import champion, evolve, inspect, landscape, observe, prepare, report, study
+from sceann_hil.commands import champion, evolve, firmware, inspect, landscape, observe, prepare, report, study
 from sceann_hil.errors import as_user_error
 
 app = typer.Typer(
@@ -20,7 +20,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="Exit codes: see docs/exit-codes.md. Start with: sceann evolve configs/quickstart.yaml",
 )
-for module in (prepare, evolve, inspect, observe, study, landscape, report, champion):
+for module in (prepare, evolve, inspect, observe, study, landscape, report, champion, firmware):
     module.register(app)
 
 

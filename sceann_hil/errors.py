@@ -48,6 +48,10 @@ class ExitCode(IntEnum):
     EMERGENCY_STOP = 33, "Somebody pressed stop."
     WORKERS_LOST = 34, "The cluster or the worker processes of a study are gone; the study can be continued."
     INTERRUPTED = 40, "Stopped after the current generation, as asked (Ctrl-C); the run can be resumed."
+    TOOL_MISSING = 50, "A compiler, upload tool or emulator is not installed, or there is no such board."
+    FIRMWARE_BUILD = 51, "The firmware or a header could not be built for this controller or board."
+    FLASH = 52, "The upload failed, or the board does not answer with the firmware that was sent."
+    VERIFY_DIFFERS = 53, "The board did not compute what the reference computes."
     INTERRUPTED_NOW = 130, "Stopped at once, as asked (Ctrl-C twice); the run can be resumed."
 
 
@@ -176,6 +180,30 @@ class RobotWasStopped(UserError):
     """Somebody pressed stop (`EmergencyStop`)."""
 
     exit_code = ExitCode.EMERGENCY_STOP
+
+
+class ToolMissing(UserError):
+    """A compiler, upload tool or emulator is not installed, or there is no such board."""
+
+    exit_code = ExitCode.TOOL_MISSING
+
+
+class FirmwareBuildFailed(UserError):
+    """The firmware or an exported header cannot be made."""
+
+    exit_code = ExitCode.FIRMWARE_BUILD
+
+
+class FlashFailed(UserError):
+    """An upload failed, or the board answers with something else than what was sent."""
+
+    exit_code = ExitCode.FLASH
+
+
+class VerifyDiffers(UserError):
+    """A board did not compute what the reference computes."""
+
+    exit_code = ExitCode.VERIFY_DIFFERS
 
 
 class InterruptedNow(UserError):

@@ -2,4 +2,5 @@
 
 `prepare`: list, schema, plan. `evolve`: evolve, resume. `inspect`: status, replay, export-csv. `observe`: view, record.
 `study`, `landscape` (enumerate), `report`, `champion`: many runs.
+`firmware`: export, flash, verify.
 """

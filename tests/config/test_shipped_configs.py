@@ -16,7 +16,6 @@ from sceann_hil.experiment import Experiment
 
 CONFIGS = Path(__file__).parent.parent.parent / "configs"
 FILES = sorted(CONFIGS.glob("*.yaml"))
-"""Experiments; the studies in ``configs/paper`` have tests of their own."""
 
 
 def test_the_shipped_schema_is_current() -> None:

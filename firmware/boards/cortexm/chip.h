@@ -1,0 +1,29 @@
+/*
+ * What a Cortex-M chip supplies to the shared main loop in cortexm.c. These boards have no body of their own: they run a
+ * controller for a body that the host simulates (mode HIL).
+ */
+#ifndef CHIP_H
+#define CHIP_H
+
+#include "sceann_port.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define REGISTER(address) (*(volatile uint32_t *)(address))
+
+/* ---- the chip: stm32f405/chip.c, lm3s6965/chip.c ------------------------------------------------------------------ */
+
+extern const uint32_t chip_clock_mhz_x10;      /* tenths of a MHz that SysTick counts */
+extern const uint8_t chip_uart_interrupt;      /* its number */
+
+void HardFault_Handler(void);          /* a chip may bring its own */
+void chip_init(sceann_port *port);             /* clocks, UART, store; fills in name, store, id, reset cause */
+int chip_uart_get(bool *line_break);           /* the next received byte, or -1; called from the interrupt */
+bool chip_uart_put(uint8_t byte);              /* false while the transmitter is full */
+void chip_store_read(void *board, uint16_t at, uint8_t *data, uint8_t n);
+void chip_store_write(void *board, uint16_t at, const uint8_t *data, uint8_t n);
+void chip_watchdog_start(void);                /* both chips' watchdogs cannot be stopped again */
+void chip_watchdog_feed(void);
+
+#endif

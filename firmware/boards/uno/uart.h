@@ -1,0 +1,18 @@
+/* UART 0 with interrupts: both directions through rings of 64 bytes, BREAK seen. */
+#ifndef UART_H
+#define UART_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#ifndef BAUD
+#define BAUD 115200UL
+#endif
+
+void uart_init(void);
+int16_t uart_get(void);                /* the next byte, or -1 */
+void uart_put(uint8_t byte);           /* waits while the ring is full */
+bool uart_break(void);                 /* true once after a BREAK */
+bool uart_has_input(void);
+
+#endif

@@ -1,0 +1,172 @@
+"""From a run to a microcontroller: the C header, the board, the proof."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+from itertools import chain
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.progress import Progress
+
+from sceann_hil.commands.arguments import AsJson, RunDirectory, print_json
+from sceann_hil.errors import FirmwareBuildFailed, RobotUnreachable, VerifyDiffers
+from sceann_hil.firmware.build import Board, board_named
+from sceann_hil.firmware.client import Line, RobotClient
+from sceann_hil.firmware.flash import OnRobot, flash, flash_genome, plan_flash
+from sceann_hil.firmware.from_run import BEST, load_image, recorded_sensors
+from sceann_hil.firmware.header import Optimize, c_header, checked_name, write_header
+from sceann_hil.firmware.serial_line import BAUD, SerialLine, the_only_port
+from sceann_hil.firmware.verify import random_sequences, verify
+from sceann_hil.journal import JournalReader
+from sceann_hil.robot import LinkError
+
+Genome = Annotated[str, typer.Option("--genome", metavar="best|ID", help="Which individual.")]
+BoardName = Annotated[
+    str, typer.Option("--board", help=f"One of {', '.join(board.value for board in Board)}.", show_default=False)
+]
+Port = Annotated[str | None, typer.Option("--port", help="Serial port or pyserial URL.", show_default=False)]
+Baud = Annotated[int, typer.Option("--baud", help="Its speed.")]
+Name = Annotated[str, typer.Option("--name", help="Prefix of everything in the header, a C identifier.")]
+
+
+def register(app: typer.Typer) -> None:
+    """Add this module's commands."""
+    app.command()(export)
+    app.command("flash")(flash_board)
+    app.command("verify")(verify_board)
+
+
+def export(
+    directory: RunDirectory,
+    genome: Genome = BEST,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="File; standard output without it.")] = None,
+    name: Name = "controller",
+    optimize: Annotated[Optimize, typer.Option("--optimize", help="What the code saves.")] = Optimize.SPEED,
+) -> None:
+    """Write a controller as one self-contained C header.
+
+    Example: sceann export runs/first --name walker -o walker.h
+    """
+    checked_name(name)
+    image = load_image(JournalReader(directory), genome, f"--name {name} --optimize {optimize.value}")
+    text = c_header(image, name, optimize)
+    if output is None:
+        typer.echo(text, nl=False)
+    else:
+        write_header(output, text)
+
+
+def flash_board(
+    directory: RunDirectory,
+    board: BoardName,
+    genome: Genome = BEST,
+    port: Port = None,
+    baud: Baud = BAUD,
+    header_only: Annotated[bool, typer.Option("--header-only", help="Only write controller.h here.")] = False,
+    build_only: Annotated[bool, typer.Option("--build-only", help="Build the firmware, touch no board.")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Build, and say what would be done.")] = False,
+    genome_only: Annotated[
+        bool, typer.Option("--genome-only", help="Only the genome, into a board that has the firmware.")
+    ] = False,
+) -> None:
+    """Put a controller on a board, and say what is then on it.
+
+    Example: sceann flash runs/first --board uno --port /dev/ttyACM0
+    """
+    console = Console(highlight=False, soft_wrap=True)
+    kind = board_named(board)
+    if sum((header_only, build_only, dry_run, genome_only)) > 1:
+        raise typer.BadParameter("give one of --header-only, --build-only, --dry-run, --genome-only")
+    image = load_image(JournalReader(directory), genome, "--name controller --optimize speed")
+    if header_only:
+        write_header(Path("controller.h"), c_header(image))
+        console.print("controller.h written")
+        return
+    if genome_only:
+        _tell(console, flash_genome(image, port or the_only_port(), baud))
+        return
+    plan = plan_flash(image, kind, port)
+    if build_only:
+        console.print(f"firmware  {plan.image}")
+    elif dry_run:
+        console.print(f"firmware  {plan.image}\nupload    {plan.shell}")
+        console.print(
+            f"genome    {image.record_crc:08x}, {len(image.genome)} bits, over {port or 'PORT'} at {baud} baud"
+        )
+    else:
+        port = port or the_only_port()
+        _tell(console, flash(image, plan_flash(image, kind, port), port, baud))
+
+
+def _tell(console: Console, on_robot: OnRobot) -> None:
+    console.print(f"now on the robot: {on_robot}")
+
+
+def verify_board(
+    directory: RunDirectory,
+    board: BoardName,
+    genome: Genome = BEST,
+    port: Port = None,
+    baud: Baud = BAUD,
+    sequences: Annotated[int, typer.Option("--sequences", min=1, help="Random sensor sequences.")] = 1000,
+    steps: Annotated[int, typer.Option("--steps", min=1, max=65535, help="Control steps in each.")] = 20,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Of the random sequences.")] = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Prove that a board computes what the simulator computed: every state of every neuron.
+
+    Without --port the board is emulated. Random sensors, and those of the individual's own trials.
+
+    Example: sceann verify runs/first --board uno
+    """
+    kind = board_named(board)
+    reader = JournalReader(directory)
+    image, recorded = load_image(reader, genome), recorded_sensors(reader, genome)
+    generated = random_sequences(np.random.default_rng(seed), sequences, steps, image.size.n_sensors)
+    place = port or f"the emulated {kind.value}"
+    with Progress(transient=True, disable=as_json) as progress, _line(kind, port, baud) as line:
+        bar = progress.add_task(f"verifying on {place}", total=sequences + len(recorded))
+        try:
+            result = verify(
+                RobotClient(line), image, chain(recorded, generated), place, lambda n: progress.update(bar, completed=n)
+            )
+        except LinkError as error:
+            raise RobotUnreachable(f"{place}: {error}.", "Check power, cable and port, then verify again.") from None
+    if as_json:
+        difference = None if result.difference is None else str(result.difference)
+        print_json(
+            {
+                "board": kind.value,
+                "place": place,
+                "equal": result.equal,
+                "sequences": result.sequences,
+                "recorded_sequences": len(recorded),
+                "steps": result.steps,
+                "states": result.states,
+                "difference": difference,
+            }
+        )
+    if result.difference is not None:
+        raise VerifyDiffers(
+            f"{place} does not compute what the reference computes: {result.difference}.",
+            "Build and flash the firmware again; if it stays, this is a bug that we want to hear of.",
+        )
+    if not as_json:
+        counts = (
+            f"{result.states} states, {result.steps} steps, {result.sequences} sequences ({len(recorded)} recorded)"
+        )
+        Console(highlight=False, soft_wrap=True).print(f"{place}: every state is equal. {counts}")
+
+
+def _line(board: Board, port: str | None, baud: int) -> AbstractContextManager[Line]:
+    if port is not None:
+        return SerialLine(port, baud)
+    try:
+        from backends.emulation.lines import emulated_line  # noqa: PLC0415 - only this needs the emulators
+    except ImportError as error:
+        raise FirmwareBuildFailed(f"emulation: {error}", "Install sceann-hil with its backends.") from None
+    return emulated_line(board)

@@ -1,0 +1,423 @@
+"""A host's side of the link, as small as flashing and verifying need: requests, upload, lock-step trials.
+
+Messages are packed by cantools from ``firmware/sceann.dbc``, so this is also an independent reading of what the C code
+and the fast host side in ``backends/link`` do. The line is anything with `Line`'s two methods: a serial port, a
+socket, or an emulated chip.
+"""
+
+from __future__ import annotations
+
+import binascii
+import secrets
+import struct
+import time
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import IntEnum, IntFlag
+from functools import cache
+from typing import Any, Protocol
+
+import cantools
+import numpy as np
+from cantools.database.can import Database
+from cobs import cobs
+from numpy.typing import NDArray
+
+from sceann_hil.controller import ARITHMETIC_ID, ONE
+from sceann_hil.errors import FlashFailed
+from sceann_hil.firmware.build import FIRMWARE
+from sceann_hil.firmware.image import ControllerImage
+from sceann_hil.robot import LinkError
+
+LINK_VERSION = 1
+CHUNK_BYTES = 7
+REPLY_TIMEOUT_S = 0.3
+"""Longest time between a command and its reply, but for STORE."""
+STORE_TIMEOUT_S = 1.5
+"""An AVR's EEPROM takes 140 bytes at 3.4 ms."""
+TRIES = 6
+STEP_TIMEOUT_S = 0.1
+"""Before a lock-step is repeated: short enough to send heartbeats meanwhile."""
+STEP_TRIES = 20
+
+
+class Op(IntEnum):
+    """Requests of the link."""
+
+    HELLO = 1
+    LOAD = 2
+    COMMIT = 3
+    ARM = 4
+    START = 5
+    STOP = 6
+    CLEAR = 7
+    STORE = 8
+    LAST = 9
+    STORED = 10
+
+
+class Status(IntEnum):
+    """What a reply says."""
+
+    OK = 0
+    BAD_STATE = 1
+    BAD_ARGUMENT = 2
+    NO_SESSION = 3
+    OTHER_HOST = 4
+    LINK_VERSION = 5
+    ARITHMETIC = 6
+    TOO_LARGE = 7
+    MISSING_CHUNK = 8
+    BAD_CRC = 9
+    NO_GENOME = 10
+    WRONG_SIZE = 11
+    ALREADY_RUN = 12
+    STORE_FAILED = 13
+    UNSUPPORTED = 14
+    ALARM = 15
+    UNKNOWN_OP = 16
+
+
+class Mode(IntEnum):
+    """Where controller and body are during a trial."""
+
+    ONBOARD = 0
+    TETHERED = 1
+    HIL = 2
+
+
+class Telemetry(IntFlag):
+    """What the robot sends in every tick without being asked."""
+
+    NONE = 0
+    SENSE = 1
+    DRIVE = 2
+    STATES = 4
+
+
+class Line(Protocol):
+    """A serial line."""
+
+    def write(self, data: bytes, /) -> None:
+        """Sends all of it."""
+
+    def read(self, timeout_s: float, /) -> bytes:
+        """What has come, waiting at most so long for the first byte; empty after that time."""
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """A decoded message: its name in the DBC and its signals' raw values."""
+
+    name: str
+    signals: dict[str, int]
+
+
+@dataclass(frozen=True, slots=True)
+class Descriptor:
+    """What a robot says that it is."""
+
+    name: str
+    unique_id: int
+    firmware: tuple[int, int, int]
+    link_version: int
+    arithmetic_id: int
+    n_sensors: int
+    n_motors: int
+    max_sensors: int
+    max_motors: int
+    max_sources: int
+    tick_min_s: float
+    tick_max_s: float
+    capabilities: int
+
+
+class Refused(LinkError):
+    """The robot answered a request with another status than OK.
+
+    Attributes:
+        status: what it said.
+        reply: the whole reply.
+    """
+
+    def __init__(self, op: Op, status: Status, reply: dict[str, int]) -> None:
+        super().__init__(f"{op.name}: the robot refuses, {status.name}")
+        self.status = status
+        self.reply = reply
+
+
+class NoAnswer(LinkError):
+    """Nothing came in time, or not what was asked for."""
+
+
+@cache
+def database() -> Database:
+    """The messages of ``firmware/sceann.dbc``, with identifiers for node 1."""
+    loaded = cantools.database.load_file(FIRMWARE / "sceann.dbc")
+    if not isinstance(loaded, Database):
+        raise TypeError(f"sceann.dbc: expected a CAN database, got {type(loaded).__name__}")
+    return loaded
+
+
+def encode_frame(identifier: int, data: bytes) -> bytes:
+    """``COBS(id data crc16) 00``."""
+    raw = struct.pack("<H", identifier) + data
+    return cobs.encode(raw + struct.pack(">H", binascii.crc_hqx(raw, 0xFFFF))) + b"\0"
+
+
+def decode_frame(frame: bytes) -> tuple[int, bytes] | None:
+    """Identifier and data of a frame without its 00; None if its check fails."""
+    try:
+        raw = cobs.decode(frame)
+    except cobs.DecodeError:
+        return None
+    if len(raw) < 4 or binascii.crc_hqx(raw, 0xFFFF) != 0:
+        return None
+    return int.from_bytes(raw[:2], "little"), raw[2:-2]
+
+
+class RobotClient:
+    """A host in charge of one robot.
+
+    Attributes:
+        session: the number by which the robot knows this host.
+        trial_id: the trial that was started last, 0 before the first.
+        events: every EVENT, END and heartbeat that came between replies, oldest first, at most 1000.
+        bytes_received: everything that came, valid or not.
+        frames_received: how many valid frames were in it; 0 with many bytes is another firmware or another speed.
+    """
+
+    def __init__(self, line: Line, node: int = 1, session: int | None = None) -> None:
+        self.node = node
+        self.session = session if session is not None else secrets.randbelow(0xFFFF) + 1
+        self.events: deque[Message] = deque(maxlen=1000)
+        self.trial_id = 0
+        self.bytes_received = 0
+        self.frames_received = 0
+        self._line = line
+        self._buffer = b""
+        self._sequence = 0
+
+    # -- messages ---------------------------------------------------------------------------------------------------
+
+    def send(self, name: str, signals: dict[str, int] | None = None, length: int | None = None) -> None:
+        """Packs and sends a message of the DBC (raw values), cut to `length` bytes."""
+        message = database().get_message_by_name(name)
+        data = bytes(message.encode(signals or {}, scaling=False, strict=False)) if message.length else b""
+        identifier = message.frame_id + (self.node - 1 if message.frame_id else 0)
+        self._line.write(encode_frame(identifier, data[:length]))
+
+    def receive(self, timeout_s: float) -> Iterator[Message]:
+        """Messages as they come, until `timeout_s` after the call. Broken frames and other nodes are passed over."""
+        deadline = time.monotonic() + timeout_s
+        while True:
+            while b"\0" in self._buffer:
+                frame, self._buffer = self._buffer.split(b"\0", 1)
+                message = self._decode(frame)
+                if message is not None:
+                    yield message
+            left = deadline - time.monotonic()
+            if left <= 0:
+                return
+            data = self._line.read(left)
+            self.bytes_received += len(data)
+            self._buffer = (self._buffer + data)[-65536:]
+
+    def _decode(self, frame: bytes) -> Message | None:
+        decoded = decode_frame(frame)
+        if decoded is None:
+            return None
+        self.frames_received += 1
+        identifier, data = decoded
+        if identifier & 0x7F != self.node:
+            return None
+        try:
+            message = database().get_message_by_frame_id(identifier - self.node + 1)
+        except KeyError:
+            return None
+        signals: Any = message.decode(data.ljust(8, b"\0"), decode_choices=False, scaling=False)
+        return Message(message.name, {key: int(value) for key, value in signals.items()})
+
+    def expect(self, name: str, timeout_s: float = REPLY_TIMEOUT_S) -> dict[str, int]:
+        """The next message of this name; others go to `events`.
+
+        Raises:
+            NoAnswer: none came in time.
+        """
+        for message in self.receive(timeout_s):
+            if message.name == name:
+                return message.signals
+            self.events.append(message)
+        raise NoAnswer(f"expected {name} from the robot, got nothing within {timeout_s} s")
+
+    def request(self, op: Op, **arguments: int) -> dict[str, int]:
+        """One command and its reply, repeated when nothing comes.
+
+        Raises:
+            NoAnswer: no reply after all tries.
+            Refused: the robot says no.
+        """
+        self._sequence = (self._sequence + 1) % 16
+        command = {"Op": int(op), "Sequence": self._sequence, **arguments}
+        for _ in range(TRIES):
+            self.send("Command", command)
+            for message in self.receive(STORE_TIMEOUT_S if op is Op.STORE else REPLY_TIMEOUT_S):
+                reply = message.signals
+                if message.name == "Reply" and (reply["Op"], reply["Sequence"]) == (op, self._sequence):
+                    if reply["Status"] != Status.OK:
+                        raise Refused(op, Status(reply["Status"]), reply)
+                    return reply
+                self.events.append(message)
+        raise NoAnswer(f"{op.name}: no reply from the robot after {TRIES} tries")
+
+    # -- requests ---------------------------------------------------------------------------------------------------
+
+    def hello(self) -> Descriptor:
+        """Takes the robot and reads what it is.
+
+        Raises:
+            NoAnswer: silence, or not all pages of the descriptor.
+            Refused: another host is in charge, or the versions differ.
+        """
+        for _ in range(TRIES):
+            self.request(Op.HELLO, LinkVersion=LINK_VERSION, Session=self.session, ArithmeticId=ARITHMETIC_ID)
+            pages = self._descriptor_pages()
+            if {0, 1, 2, 3, 4, 5, 6} <= pages.keys():
+                return _descriptor(pages)
+        raise NoAnswer("HELLO: the robot's descriptor came only in parts")
+
+    def _descriptor_pages(self) -> dict[int, dict[str, int]]:
+        pages: dict[int, dict[str, int]] = {}
+        for message in self.receive(REPLY_TIMEOUT_S):
+            if message.name == "Descriptor":
+                pages[message.signals["Page"]] = message.signals
+                if len(pages) == 7:
+                    break
+            else:
+                self.events.append(message)
+        return pages
+
+    def heartbeat(self) -> None:
+        """Tells the robot that its host is alive."""
+        state = {"HostState": int(self.trial_id != 0), "TrialId": self.trial_id}
+        self.send("HostHeartbeat", {**state, "Session": self.session})
+
+    def upload(self, image: ControllerImage) -> None:
+        """Loads and commits a genome; the network in use stays until the robot has all of it.
+
+        Raises:
+            FlashFailed: what the robot decoded is not what was sent.
+            NoAnswer, Refused: see `request`.
+        """
+        coding, neuron, n_sensors, n_hidden, n_motors, bits = struct.unpack("<5BH", image.header)
+        self.request(
+            Op.LOAD,
+            Coding=coding,
+            Neuron=neuron,
+            Sensors=n_sensors,
+            Hidden=n_hidden,
+            Motors=n_motors,
+            Bits=bits,
+        )
+        genome = image.packed_genome
+        chunks = [genome[k : k + CHUNK_BYTES].ljust(CHUNK_BYTES, b"\0") for k in range(0, len(genome), CHUNK_BYTES)]
+        for index in range(len(chunks)):
+            self._send_chunk(index, chunks[index])
+        for _ in range(len(chunks) + 1):
+            try:
+                reply = self.request(Op.COMMIT, GenomeCrc=image.record_crc, InitialOutput=image.dynamics.initial_output)
+            except Refused as refused:
+                if refused.status is not Status.MISSING_CHUNK:
+                    raise
+                missing = refused.reply["MissingChunk"]
+                self._send_chunk(missing, chunks[missing])
+                continue
+            if reply["Crc"] != image.weights_crc:
+                raise FlashFailed(
+                    f"weights: expected CRC-32 {image.weights_crc:08x}, the robot decoded {reply['Crc']:08x}"
+                )
+            return
+        raise NoAnswer("GENOME: the line loses every chunk")
+
+    def _send_chunk(self, index: int, chunk: bytes) -> None:
+        self.send("Genome", {"Chunk": index, **{f"Byte{k}": byte for k, byte in enumerate(chunk)}})
+
+    def store(self, autorun_tick_s: float | None = None) -> int:
+        """Keeps the committed genome over power loss; returns the CRC-32 of the stored record."""
+        action, tick = (1, 0) if autorun_tick_s is None else (2, round(autorun_tick_s * 10_000))
+        return self.request(Op.STORE, StoreAction=action, AutorunTickPeriod=tick)["StoredCrc"]
+
+    def start(
+        self, trial_id: int, max_ticks: int, mode: Mode, tick_s: float = 0.02, telemetry: Telemetry = Telemetry.NONE
+    ) -> None:
+        """Arms the robot and starts a trial."""
+        self.request(Op.ARM)
+        self.trial_id = trial_id
+        self.request(
+            Op.START,
+            TrialId=trial_id,
+            MaxTicks=max_ticks,
+            TickPeriod=round(tick_s * 10_000),
+            Mode=int(mode),
+            Telemetry=int(telemetry),
+        )
+
+    # -- lock-step --------------------------------------------------------------------------------------------------
+
+    def sense_in(self, tick: int, sensors: NDArray[np.integer[Any]]) -> None:
+        """The sensors of one tick in HIL mode, one or two messages."""
+        for page in range(1 if len(sensors) <= 6 else 2):
+            values = {f"Sensor{k}": int(sensors[k]) if k < len(sensors) else 0 for k in range(6 * page, 6 * page + 6)}
+            self.send("SenseInPage2" if page else "SenseIn", {**values, "Tick": tick % 16})
+
+    def hil_step(
+        self, tick: int, sensors: NDArray[np.integer[Any]], n_neurons: int, n_motors: int
+    ) -> tuple[NDArray[np.int16], NDArray[np.int16], int]:
+        """One lock-step with telemetry STATES: states u, motor outputs, and the low byte of the state hash.
+
+        Raises:
+            NoAnswer: the robot does not answer this tick.
+        """
+        for attempt in range(STEP_TRIES):
+            states = np.full(-(-n_neurons // 3) * 3, -0x8000, np.int16)
+            if attempt:
+                self.heartbeat()
+            self.sense_in(tick, sensors)
+            for message in self.receive(STEP_TIMEOUT_S):
+                s = message.signals
+                if message.name == "NeuronStates" and s["Tick"] == tick % 256:
+                    states[s["First"] : s["First"] + 3] = s["U0"], s["U1"], s["U2"]
+                elif message.name == "Drive" and s["Tick"] == tick % 256:
+                    motors = np.array([s[f"Motor{k}"] for k in range(n_motors)], np.int16)
+                    if motors.max() > ONE:
+                        raise NoAnswer(f"tick {tick}: expected motors 0..{ONE}, got {motors}")
+                    if (states[:n_neurons] == -0x8000).any():
+                        raise NoAnswer(f"tick {tick}: the line lost a part of the states")
+                    return states[:n_neurons], motors, s["Hash"]
+                elif message.name not in ("NeuronStates", "Drive"):
+                    self.events.append(message)
+        raise NoAnswer(f"tick {tick}: no DRIVE from the robot after {STEP_TRIES} tries")
+
+
+def _descriptor(pages: dict[int, dict[str, int]]) -> Descriptor:
+    name = b"".join(
+        pages[page][signal].to_bytes(n, "little")
+        for page, signals in ((4, ("Name0", "Name4")), (5, ("Name7", "Name11")), (6, ("Name14", "Name18")))
+        for signal, n in zip(signals, (4, 3), strict=True)
+    )
+    return Descriptor(
+        name=name.rstrip(b"\0").decode("ascii", "replace"),
+        unique_id=pages[3]["UniqueIdLow"] | pages[3]["UniqueIdHigh"] << 32,
+        firmware=(pages[1]["FirmwareMajor"], pages[1]["FirmwareMinor"], pages[1]["FirmwarePatch"]),
+        link_version=pages[0]["LinkVersion"],
+        arithmetic_id=pages[0]["ArithmeticId"],
+        n_sensors=pages[0]["Sensors"],
+        n_motors=pages[0]["Motors"],
+        max_sensors=pages[2]["MaxSensors"],
+        max_motors=pages[2]["MaxMotors"],
+        max_sources=pages[2]["MaxSources"],
+        tick_min_s=pages[2]["TickPeriodMin"] * 1e-4,
+        tick_max_s=pages[2]["TickPeriodMax"] * 1e-4,
+        capabilities=pages[1]["Capabilities"],
+    )

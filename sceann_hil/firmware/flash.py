@@ -1,0 +1,211 @@
+"""A controller onto a board: build, upload with the board's usual tool, then ask the board what is on it."""
+
+from __future__ import annotations
+
+import shlex
+import shutil
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+from sceann_hil.errors import FirmwareBuildFailed, FlashFailed, ToolMissing
+from sceann_hil.firmware.build import AVR, TOOLCHAINS, Board, build_board, find_tool
+from sceann_hil.firmware.client import Descriptor, NoAnswer, Op, Refused, RobotClient, Status
+from sceann_hil.firmware.image import LINK_MAX_MOTORS, LINK_MAX_SENSORS, ControllerImage
+from sceann_hil.firmware.serial_line import BAUD, SerialLine, meet
+
+UNO_SENSORS = range(1, 7)
+UNO_MOTORS = 2
+HAS_STORE = 0x0004
+FIRMWARE_VERSION = (0, 1, 0)
+
+
+@dataclass(frozen=True, slots=True)
+class FlashPlan:
+    """Everything that will be done to a board, before it is done.
+
+    Attributes:
+        board: which kind.
+        image: the firmware, an ELF file.
+        upload: the command that writes it.
+        package: the Debian package of the tool in `upload`.
+    """
+
+    board: Board
+    image: Path
+    upload: tuple[str, ...]
+    package: str
+
+    @property
+    def shell(self) -> str:
+        """The upload as a line for a shell."""
+        return shlex.join(self.upload)
+
+
+@dataclass(frozen=True, slots=True)
+class OnRobot:
+    """What is on a robot now.
+
+    Attributes:
+        descriptor: what it says that it is.
+        genome_crc: CRC-32 of the genome record it uses.
+        stored: the genome survives power loss.
+    """
+
+    descriptor: Descriptor
+    genome_crc: int
+    stored: bool
+
+    def __str__(self) -> str:
+        d = self.descriptor
+        version = ".".join(map(str, d.firmware))
+        kept = "kept over power loss" if self.stored else "until it is switched off"
+        return (
+            f"{d.name} ({d.unique_id:014x}): firmware {version}, link {d.link_version}, arithmetic {d.arithmetic_id:08x}, "
+            f"genome {self.genome_crc:08x}, {kept}"
+        )
+
+
+def check_size(image: ControllerImage) -> None:
+    """Refuses a network that no board takes over the link.
+
+    Raises:
+        FirmwareBuildFailed: too many sensors or motors.
+    """
+    size = image.size
+    for what, got, most in (("sensors", size.n_sensors, LINK_MAX_SENSORS), ("motors", size.n_motors, LINK_MAX_MOTORS)):
+        if got > most:
+            raise FirmwareBuildFailed(
+                f"genome: expected at most {most} {what} (link version 1), got {got}.",
+                "`sceann export` makes a header of any size.",
+            )
+
+
+def firmware_flags(image: ControllerImage, board: Board) -> tuple[str, ...]:
+    """What the board's firmware is built with for this network.
+
+    Raises:
+        FirmwareBuildFailed: the board has not so many inputs, or another number of motors.
+    """
+    check_size(image)
+    size = image.size
+    if board is not Board.UNO:
+        return ()
+    if size.n_sensors not in UNO_SENSORS or size.n_motors != UNO_MOTORS:
+        raise FirmwareBuildFailed(
+            f"genome: expected 1 to 6 sensors and 2 motors for a uno, got {size.n_sensors} and {size.n_motors}.",
+            "Evolve for this robot, or try the genome in HIL mode (sceann verify --board uno).",
+        )
+    return (f"-DSCEANN_UNO_SENSORS={size.n_sensors}u",)
+
+
+def plan_flash(image: ControllerImage, board: Board, port: str | None) -> FlashPlan:
+    """Builds the firmware and says how it would be uploaded.
+
+    Args:
+        image: the controller; decides how many inputs the firmware reads.
+        board: which board.
+        port: serial port, for boards that are flashed through it.
+
+    Raises:
+        FirmwareBuildFailed, ToolMissing: it cannot be built.
+    """
+    elf = build_board(board, firmware_flags(image, board))
+    match board:
+        case Board.UNO:
+            hexfile = elf.with_suffix(".hex")
+            objcopy = find_tool("avr-objcopy", AVR.package)
+            subprocess.run([objcopy, "-O", "ihex", "-R", ".eeprom", str(elf), str(hexfile)], check=True)
+            options = ("-c", "arduino", "-p", "m328p", "-P", port or "PORT", "-b", "115200", "-D")
+            return FlashPlan(board, elf, ("avrdude", *options, "-U", f"flash:w:{hexfile}:i"), "avrdude")
+        case Board.STM32F405 if shutil.which("openocd") is None and shutil.which("st-flash") is not None:
+            binary = elf.with_suffix(".bin")
+            objcopy = find_tool("arm-none-eabi-objcopy", TOOLCHAINS[board].package)
+            subprocess.run([objcopy, "-O", "binary", str(elf), str(binary)], check=True)
+            return FlashPlan(board, elf, ("st-flash", "--reset", "write", str(binary), "0x08000000"), "stlink-tools")
+        case Board.STM32F405 | Board.LM3S6965:
+            scripts = {
+                Board.STM32F405: ("-f", "interface/stlink.cfg", "-f", "target/stm32f4x.cfg"),
+                Board.LM3S6965: (
+                    "-f",
+                    "board/ek-lm3s6965.cfg",
+                ),
+            }
+            program = f"program {elf} verify reset exit"
+            return FlashPlan(board, elf, ("openocd", *scripts[board], "-c", program), "openocd")
+        case Board.POSIX:
+            raise ToolMissing(
+                "board: a posix board is a program on this computer, there is nothing to flash.",
+                "`sceann virtual` starts one; `sceann flash --genome-only --port PORT` loads a genome into it.",
+            )
+
+
+def upload_firmware(plan: FlashPlan) -> None:
+    """Runs the upload tool.
+
+    Raises:
+        ToolMissing: it is not installed.
+        FlashFailed: it reports an error; the message holds its last lines.
+    """
+    tool = find_tool(plan.upload[0], plan.package)
+    done = subprocess.run([tool, *plan.upload[1:]], capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        said = "\n".join((done.stderr or done.stdout).strip().splitlines()[-8:])
+        raise FlashFailed(
+            f"{plan.upload[0]} could not write the board:\n{said}",
+            f"Check board, port and cable, then try it by hand: {plan.shell}",
+        )
+
+
+def upload_genome(client: RobotClient, image: ControllerImage, place: str) -> OnRobot:
+    """Meets the robot, gives it the genome, has it stored where it has a store, and asks what is there now.
+
+    Nothing is half-written: the robot uses and keeps the old genome until all of the new one has arrived.
+
+    Raises:
+        FlashFailed: no robot of ours, it refuses, or what it holds is not what was sent.
+    """
+    check_size(image)
+    descriptor = meet(client, place)
+    if descriptor.firmware != FIRMWARE_VERSION:
+        raise FlashFailed(
+            f"{place}: expected firmware {FIRMWARE_VERSION}, the robot has {descriptor.firmware}.", "Flash the board."
+        )
+    try:
+        client.upload(image)
+        if not descriptor.capabilities & HAS_STORE:
+            return OnRobot(descriptor, image.record_crc, stored=False)
+        client.store()
+        stored = client.request(Op.STORED)["StoredGenomeCrc"]
+    except Refused as refused:
+        advice = {
+            Status.TOO_LARGE: f"This robot takes at most {descriptor.max_sources} sources; evolve a smaller network.",
+            Status.BAD_STATE: "It runs a trial or was stopped: wait, or CLEAR it, then try again.",
+            Status.STORE_FAILED: "Its memory does not hold what is written; the genome in use before is still stored.",
+        }
+        raise FlashFailed(f"{place}: {refused}.", advice.get(refused.status, "")) from None
+    except NoAnswer as silence:
+        raise FlashFailed(f"{place}: {silence}. The robot keeps its old genome.", "Try again.") from None
+    if stored != image.record_crc:
+        raise FlashFailed(f"{place}: expected genome {image.record_crc:08x} in the store, found {stored:08x}.")
+    return OnRobot(descriptor, stored, stored=True)
+
+
+def flash(image: ControllerImage, plan: FlashPlan, port: str, baud: int = BAUD) -> OnRobot:
+    """Uploads firmware and genome, and reads back what is on the board.
+
+    Raises:
+        ToolMissing, FlashFailed: see `upload_firmware` and `upload_genome`.
+    """
+    upload_firmware(plan)
+    return flash_genome(image, port, baud)
+
+
+def flash_genome(image: ControllerImage, port: str, baud: int = BAUD) -> OnRobot:
+    """The fast way: only the genome, over the link, into a robot that has the firmware already.
+
+    Raises:
+        FlashFailed: see `upload_genome`.
+    """
+    with SerialLine(port, baud) as line:
+        return upload_genome(RobotClient(line), image, port)

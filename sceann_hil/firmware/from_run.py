@@ -1,0 +1,76 @@
+"""The controller that a run evolved, and the sensors that it saw there."""
+
+from __future__ import annotations
+
+import shlex
+
+from sceann_hil.config import ExperimentConfig
+from sceann_hil.errors import NotARun
+from sceann_hil.firmware.image import ControllerImage
+from sceann_hil.firmware.verify import Sensors
+from sceann_hil.journal import IndividualRow, JournalReader
+from sceann_hil.replay import journalled_config, journalled_trials
+
+BEST = "best"
+
+
+def chosen_individual(reader: JournalReader, genome: str = BEST) -> IndividualRow:
+    """The individual that ``--genome`` names: ``best`` or an id.
+
+    Raises:
+        NotARun: the run has no such individual, or no finished generation yet.
+    """
+    if genome == BEST:
+        champion = reader.champion()
+        if champion is None:
+            raise NotARun(f"{reader.directory} has no finished generation yet.", "Let it run on: sceann resume.")
+        return champion
+    if not genome.isdecimal():
+        raise NotARun(
+            f"--genome: expected best or the number of an individual, got {genome!r}.",
+            f"`sceann status {reader.directory}` names the champion's.",
+        )
+    return reader.individual(int(genome))
+
+
+def image_of(reader: JournalReader, config: ExperimentConfig, row: IndividualRow, command: str) -> ControllerImage:
+    """An individual as an image.
+
+    Args:
+        reader: the run's journal.
+        config: the run's configuration.
+        row: the individual.
+        command: what follows the run and the genome in the command that makes the header again.
+    """
+    return ControllerImage(
+        genome=row.genome_bits(config.genome_length),
+        coding=config.controller.coding,
+        size=config.size,
+        dynamics=config.controller.dynamics,
+        fitness=row.fitness,
+        provenance=f"sceann export {shlex.quote(reader.run().name)} --genome {row.id} {command}".rstrip(),
+    )
+
+
+def load_image(reader: JournalReader, genome: str = BEST, command: str = "") -> ControllerImage:
+    """The image of ``--genome``; see `chosen_individual` and `image_of`."""
+    return image_of(reader, journalled_config(reader), chosen_individual(reader, genome), command)
+
+
+def recorded_sensors(reader: JournalReader, genome: str = BEST) -> list[Sensors]:
+    """The sensor sequences of the individual's trials, replayed on the run's robot.
+
+    Returns:
+        One sequence per trial, shape ``(n_steps, n_sensors)``; none if the robot cannot repeat the past.
+    """
+    config, row = journalled_config(reader), chosen_individual(reader, genome)
+    attempts = [
+        attempt
+        for attempt in reader.attempts(row.generation)
+        if attempt.individual == row.number and attempt.fitness is not None
+    ]
+    with config.robot.build() as robot:
+        if not robot.spec.repeatable or not attempts:
+            return []
+        traces = robot.trace(journalled_trials(reader, config, attempts)).traces
+    return [trace.sensors for trace in traces or () if len(trace.sensors)]
