@@ -48,9 +48,7 @@ def section_sizes(image: Path, package: str, tool: str = "size") -> tuple[int, i
     return text + data, data + bss
 
 
-def with_header(
-    toolchain: Toolchain, harness: str, header: str, folder: Path, flags: tuple[str, ...] = ()
-) -> Path:
+def with_header(toolchain: Toolchain, harness: str, header: str, folder: Path, flags: tuple[str, ...] = ()) -> Path:
     """One of the harness programs, compiled with this header as ``net.h``."""
     (folder / "net.h").write_text(header)
     return compile_c(toolchain, [_HARNESS / harness], include=[folder], flags=flags)

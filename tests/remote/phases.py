@@ -102,7 +102,9 @@ def counted_results(directory: Path) -> list[tuple[object, ...]]:
         assert not db.execute("PRAGMA foreign_key_check").fetchall()
         void = "('link_lost', 'battery', 'operator', 'fault', 'emergency_stop', 'overrun')"
         assert not db.execute(f"SELECT id FROM attempt WHERE end_reason IN {void} AND fitness IS NOT NULL").fetchall()
-        doubles = "SELECT 1 FROM attempt WHERE fitness IS NOT NULL GROUP BY generation, individual, trial HAVING count(*) > 1"
+        doubles = (
+            "SELECT 1 FROM attempt WHERE fitness IS NOT NULL GROUP BY generation, individual, trial HAVING count(*) > 1"
+        )
         assert not db.execute(doubles).fetchall()
         return db.execute(COUNTED).fetchall()
     finally:

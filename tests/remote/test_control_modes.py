@@ -39,9 +39,10 @@ def test_what_the_robot_sensed_is_in_the_journal(board: PosixBoard, tmp_path: Pa
         assert sensors is not None
         assert len(sensors) == row.steps
     reader.close()
-    assert len(attempts) == sqlite3.connect(tmp_path / "hil" / JOURNAL_NAME).execute(
-        "SELECT count(*) FROM trace"
-    ).fetchone()[0]
+    assert (
+        len(attempts)
+        == sqlite3.connect(tmp_path / "hil" / JOURNAL_NAME).execute("SELECT count(*) FROM trace").fetchone()[0]
+    )
 
 
 @pytest.mark.parametrize("neuron", Neuron)
@@ -131,9 +132,7 @@ def test_such_a_fault_stops_the_run_and_leaves_no_fitness(
 ) -> None:
     import backends.remote.robot as module
 
-    monkeypatch.setattr(
-        module, "recompute", lambda weights, *rest: recompute(-weights, *rest)
-    )
+    monkeypatch.setattr(module, "recompute", lambda weights, *rest: recompute(-weights, *rest))
     with pytest.raises(RobotFault, match="first in step"):
         evolve(tmp_path / "run", pole_run(hil_robot(board.port)))
     reader = JournalReader(tmp_path / "run")
