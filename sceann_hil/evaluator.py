@@ -108,10 +108,11 @@ class Evaluator:
         for place, row in known.items():
             if np.isnan(fitness[place]):
                 attempt[place] = row.attempt + 1
+        earlier = attempt.copy()
         while np.isnan(fitness).any():
             individual, trial = np.nonzero(np.isnan(fitness))
             slots = Slots(individual, trial, attempt[individual, trial])
-            self._check_retries(slots)
+            self._check_retries(slots, earlier[individual, trial])
             for part in _batches(len(slots), self._robot.spec.batch_size):
                 some = slots.take(part)
                 starts = self._task.starts[some.trial]
@@ -190,9 +191,10 @@ class Evaluator:
             run_id=self._run_id,
         )
 
-    def _check_retries(self, slots: Slots) -> None:
-        worst = int(np.argmax(slots.attempt))
-        if slots.attempt[worst] > RETRY_LIMIT:
+    def _check_retries(self, slots: Slots, earlier: NDArray[np.int64]) -> None:
+        """Attempts of an earlier process do not count: somebody looked and resumed."""
+        worst = int(np.argmax(slots.attempt - earlier))
+        if slots.attempt[worst] - earlier[worst] > RETRY_LIMIT:
             raise TrialVoid(
                 f"trial {slots.trial[worst]} of individual {slots.individual[worst]} was void "
                 f"{slots.attempt[worst]} times; " + self._with_complaints("no fitness was made of it")
