@@ -130,6 +130,7 @@ class CartPole(SimulatedRobot):
             tick_s=tick_s,
             start_fields=("x_m", "velocity_m_s", "angle_rad", "angular_velocity_rad_s"),
             state_fields=("x_m", "velocity_m_s", "angle_rad", "angular_velocity_rad_s"),
+            noise_free=gap.is_none,
         )
         self._parameters = (
             tick_s,

@@ -136,6 +136,7 @@ class DifferentialDrive(SimulatedRobot):
             tick_s=tick_s,
             start_fields=("x_m", "y_m", "heading_rad"),
             state_fields=("x_m", "y_m", "heading_rad"),
+            noise_free=gap.is_none and motion_noise == 0.0,
         )
         self.radius_m = radius_m
         self.arena_m = (arena_m[0], arena_m[1])

@@ -11,6 +11,8 @@ The way of the data, in one direction::
 * `sceann_hil.evaluator`: where genomes, trials, robot and fitness meet.
 * `sceann_hil.experiment`, `sceann_hil.journal`, `sceann_hil.replay`: one run, its record, and the proof of it.
 * `sceann_hil.recording`: every trial in the rerun viewer, made from the journal.
+* `sceann_hil.study`, `sceann_hil.landscape`, `sceann_hil.robustness`: many runs, every genome, disturbed bodies.
+* `sceann_hil.report`: the paper's tables, figures and claims from studies.
 * `sceann_hil.config`, `sceann_hil.plugins`, `sceann_hil.registry`: configuration, and what other packages may add.
 * `sceann_hil.cli`, `sceann_hil.commands`: the `sceann` command.
 """

@@ -9,7 +9,18 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 
-from sceann_hil.commands import evolve, firmware, hardware, inspect, observe, prepare
+from sceann_hil.commands import (
+    champion,
+    evolve,
+    firmware,
+    hardware,
+    inspect,
+    landscape,
+    observe,
+    prepare,
+    report,
+    study,
+)
 from sceann_hil.errors import as_user_error
 
 app = typer.Typer(
@@ -21,7 +32,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="Exit codes: see docs/exit-codes.md. Start with: sceann evolve configs/quickstart.yaml",
 )
-for module in (prepare, evolve, inspect, observe, firmware, hardware):
+for module in (prepare, evolve, inspect, observe, study, landscape, report, champion, firmware, hardware):
     module.register(app)
 for entry in entry_points(group="sceann_hil.commands"):
     entry.load()(app)

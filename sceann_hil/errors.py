@@ -39,12 +39,14 @@ class ExitCode(IntEnum):
     RECORDING_IS_DAMAGED = 15, "A recording is cut off or unreadable; it can be made again from the journal."
     REPLAY_DIFFERS = 16, "A replayed trial did not give the journalled bits."
     VIEWER_UNAVAILABLE = 17, "The viewer cannot run here: no display or no graphics driver."
+    STUDY_CHANGED = 18, "The study in this folder was begun with another configuration; nothing was started."
     DISK_FULL = 20, "No space left; what was journalled so far is safe and can be resumed."
     CANNOT_WRITE = 21, "A place cannot be written to."
     LINK = 30, "The robot cannot be reached; the run is paused and can be resumed."
     TRIAL_VOID = 31, "A trial failed too often without a result; the run is paused and can be resumed."
     ROBOT_FAULT = 32, "The robot reports a fault; somebody must look at it."
     EMERGENCY_STOP = 33, "Somebody pressed stop."
+    WORKERS_LOST = 34, "The cluster or the worker processes of a study are gone; the study can be continued."
     INTERRUPTED = 40, "Stopped after the current generation, as asked (Ctrl-C); the run can be resumed."
     TOOL_MISSING = 50, "A compiler, upload tool or emulator is not installed, or there is no such board."
     FIRMWARE_BUILD = 51, "The firmware or a header could not be built for this controller or board."
@@ -124,6 +126,18 @@ class ReplayDiffers(UserError):
     """A replay did not give the journalled bits."""
 
     exit_code = ExitCode.REPLAY_DIFFERS
+
+
+class StudyChanged(UserError):
+    """A study would go on with another configuration than it began with."""
+
+    exit_code = ExitCode.STUDY_CHANGED
+
+
+class WorkersLost(UserError):
+    """Nobody is left who computes a study's runs."""
+
+    exit_code = ExitCode.WORKERS_LOST
 
 
 class ViewerUnavailable(UserError):

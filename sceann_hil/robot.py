@@ -82,6 +82,7 @@ class RobotSpec:
         attended: a person stands beside it, so prompts make sense.
         batch_size: how many trials `Robot.run` takes at once; None for any number.
         repeatable: the same trial gives the same bits again, so nothing is lost by running it twice.
+        noise_free: a trial's noise key has no influence on it, so equal weights and starts give equal results.
     """
 
     name: str
@@ -93,6 +94,7 @@ class RobotSpec:
     attended: bool = False
     batch_size: int | None = None
     repeatable: bool = True
+    noise_free: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -274,6 +276,9 @@ class Robot(ABC):
     def disconnect(self) -> None:
         """Motors safe, then let go. May be called twice."""
         self.make_safe("disconnect")
+
+    def use_cores(self, count: int) -> None:
+        """Compute on at most `count` cores; does nothing where nothing is computed."""
 
     def make_safe(self, reason: str) -> bool:
         """Bring the motors to their safe output; never raises.

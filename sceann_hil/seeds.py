@@ -30,11 +30,11 @@ def generator(root_seed: int, purpose: Purpose, *numbers: int) -> np.random.Gene
     return np.random.Generator(np.random.PCG64(sequence))
 
 
-def keys(root_seed: int, purpose: Purpose, *numbers: ArrayLike) -> NDArray[np.uint64]:
+def keys(root_seed: int | NDArray[np.uint64], purpose: Purpose, *numbers: ArrayLike) -> NDArray[np.uint64]:
     """64-bit keys of many streams at once, for counter-based noise.
 
     Args:
-        root_seed: the run's seed, 0 or more.
+        root_seed: the run's seed, 0 or more; an array of the seeds of several runs broadcasts like `numbers`.
         purpose: what the streams are for.
         numbers: arrays that broadcast against each other (generation, individual, trial, attempt).
 
@@ -42,7 +42,8 @@ def keys(root_seed: int, purpose: Purpose, *numbers: ArrayLike) -> NDArray[np.ui
         One key per element of the broadcast shape (at least one-dimensional), made by chaining the SplitMix64
         finaliser (Steele et al. 2014).
     """
-    key = _mix(np.array([root_seed % 2**64], dtype=np.uint64))
+    roots = np.array([root_seed % 2**64], dtype=np.uint64) if isinstance(root_seed, int) else root_seed
+    key = _mix(roots)
     for number in (int(purpose), *numbers):
         key = _mix(key ^ np.asarray(number).astype(np.uint64))
     return key

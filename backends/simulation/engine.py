@@ -45,6 +45,10 @@ class SimulatedRobot(Robot):
         self.gap = gap
         self._threads = threads or os.cpu_count() or 1
 
+    def use_cores(self, count: int) -> None:
+        """Compute on at most `count` cores."""
+        self._threads = count
+
     @property
     @abstractmethod
     def parameters(self) -> NDArray[np.float32]:

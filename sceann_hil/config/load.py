@@ -51,13 +51,19 @@ def parse_config(text: str, source: str, overrides: Sequence[str] = ()) -> Exper
     if not isinstance(document.data, dict):
         keys = ", ".join(ExperimentConfig.model_fields)
         fail(start, f"expected keys ({keys}), got {shown(document.data)}")
-    return _validated(with_overrides(document, overrides))
+    return validated(with_overrides(document, overrides))
 
 
 _PLUGGED: dict[str, Group] = {group.singular: group for group in Group}
 
 
-def _validated(document: Document) -> ExperimentConfig:
+def validated(document: Document) -> ExperimentConfig:
+    """The configuration that a document of plain data describes.
+
+    Raises:
+        ConfigProblems: what is wrong, all at once.
+        PluginError: as in `load_config`.
+    """
     problems: list[Problem] = []
     models = _section_models(document, problems)
     sections: dict[str, Section] = {}

@@ -38,6 +38,26 @@ def _set(document: Document, override: str, place: Place) -> None:
     if not equals or not all(path):
         document.problems.append(Problem(place, "", "expected key=value or section.key=value"))
         return
+    value = parse(text, place.source, place.override)
+    here = Document(
+        place.source,
+        value.data,
+        dict.fromkeys(value.keys, place),
+        dict.fromkeys(value.values, place),
+        [Problem(place, dotted(path), problem.message) for problem in value.problems],
+    )
+    put(document, path, here, place)
+
+
+def put(document: Document, path: Path, value: Document, place: Place) -> None:
+    """Replace one value of `document`, in place; missing sections on the way are made.
+
+    Args:
+        document: its data must not be shared with another document.
+        path: where to.
+        value: the new value, with its places.
+        place: who asks for it.
+    """
     section: Any = document.data
     for depth, part in enumerate(path[:-1], start=1):
         if section.get(part) is None:
@@ -47,17 +67,16 @@ def _set(document: Document, override: str, place: Place) -> None:
             what = f"{dotted(path[:depth])} is {shown(section)}, not a section with keys"
             document.problems.append(Problem(place, "", f"{what}; set it as a whole"))
             return
-    value = parse(text, place.source, place.override)
     _forget(document, path)
     section[path[-1]] = value.data
     for depth in range(1, len(path) + 1):
         document.keys.setdefault(path[:depth], place)
         document.values.setdefault(path[:depth], place)
-    for inner in value.values:
-        document.values[path + inner] = place
-    for inner in value.keys:
-        document.keys[path + inner] = place
-    document.problems.extend(Problem(place, dotted(path), problem.message) for problem in value.problems)
+    for inner, inner_place in value.values.items():
+        document.values[path + inner] = inner_place
+    for inner, inner_place in value.keys.items():
+        document.keys[path + inner] = inner_place
+    document.problems.extend(value.problems)
 
 
 def _forget(document: Document, path: Path) -> None:

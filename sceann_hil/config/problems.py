@@ -61,13 +61,26 @@ class Problem:
         return f"{self.place}: {self.message}" if named else f"{self.place}: {self.key}: {self.message}"
 
 
+class ConfigProblems(ConfigError):
+    """A `ConfigError` that still knows the single problems, so that those of several configurations can be joined.
+
+    Attributes:
+        problems: sorted by place, each one once.
+    """
+
+    def __init__(self, message: str, problems: tuple[Problem, ...]) -> None:
+        super().__init__(message, HINT)
+        self.problems = problems
+
+
 def raise_if_any(problems: Iterable[Problem]) -> None:
     """Report problems, sorted by place, each one once.
 
     Raises:
-        ConfigError: there is at least one.
+        ConfigProblems: there is at least one.
     """
-    lines = [str(problem) for problem in sorted(set(problems))]
+    found = tuple(sorted(set(problems)))
+    lines = [str(problem) for problem in found]
     if not lines:
         return
     if len(lines) > 1:
@@ -75,7 +88,7 @@ def raise_if_any(problems: Iterable[Problem]) -> None:
         if len(lines) > MOST_SHOWN:
             first.append(f"  ... and {len(lines) - MOST_SHOWN} more")
         lines = [f"{len(lines)} problems in the configuration:", *first]
-    raise ConfigError("\n".join(lines), HINT)
+    raise ConfigProblems("\n".join(lines), found)
 
 
 def fail(place: Place, message: str) -> NoReturn:

@@ -47,8 +47,12 @@ class Difference:
 
 def config_difference(before: ExperimentConfig, after: ExperimentConfig) -> list[Difference]:
     """The keys whose values differ, in the order of the file; empty for equal configurations."""
-    one = dict(_leaves(before.model_dump(mode="json"), ()))
-    other = dict(_leaves(after.model_dump(mode="json"), ()))
+    return data_difference(before.model_dump(mode="json"), after.model_dump(mode="json"))
+
+
+def data_difference(before: Any, after: Any) -> list[Difference]:
+    """The same for plain data."""
+    one, other = dict(_leaves(before, ())), dict(_leaves(after, ()))
     return [
         Difference(dotted(path), one.get(path), other.get(path))
         for path in {**one, **other}

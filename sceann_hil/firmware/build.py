@@ -89,9 +89,7 @@ def find_tool(name: str, package: str) -> str:
     """
     path = shutil.which(name)
     if path is None:
-        raise ToolMissing(
-            f"{name}: this program is not installed.", f"On Debian or Ubuntu: apt-get install {package}"
-        )
+        raise ToolMissing(f"{name}: this program is not installed.", f"On Debian or Ubuntu: apt-get install {package}")
     return path
 
 
@@ -139,7 +137,13 @@ def compile_c(
     """
     program = toolchain.program()
     headers = [path for folder in include for path in sorted(folder.glob("*")) if path.suffix in (".h", ".ld")]
-    command = ["-std=gnu99" if suffix == ".so" else "-std=c99", *toolchain.flags, *warnings, *flags, *(f"-I{folder}" for folder in include)]
+    command = [
+        "-std=gnu99" if suffix == ".so" else "-std=c99",
+        *toolchain.flags,
+        *warnings,
+        *flags,
+        *(f"-I{folder}" for folder in include),
+    ]
     digest = hashlib.sha256()
     digest.update(repr((program, os.stat(program).st_mtime_ns, command, toolchain.link_flags)).encode())
     for path in (*sources, *headers):
@@ -158,9 +162,7 @@ def compile_c(
             check=False,
         )
         if done.returncode != 0:
-            raise FirmwareBuildFailed(
-                f"{toolchain.compiler} could not build the firmware:\n{done.stderr.strip()}"
-            )
+            raise FirmwareBuildFailed(f"{toolchain.compiler} could not build the firmware:\n{done.stderr.strip()}")
         fresh.replace(result)
     return result
 

@@ -281,9 +281,7 @@ class RobotClient:
             Refused: another host is in charge, or the versions differ.
         """
         for _ in range(TRIES):
-            self.request(
-                Op.HELLO, LinkVersion=LINK_VERSION, Session=self.session, ArithmeticId=ARITHMETIC_ID
-            )
+            self.request(Op.HELLO, LinkVersion=LINK_VERSION, Session=self.session, ArithmeticId=ARITHMETIC_ID)
             pages = self._descriptor_pages()
             if {0, 1, 2, 3, 4, 5, 6} <= pages.keys():
                 return _descriptor(pages)
@@ -328,9 +326,7 @@ class RobotClient:
             self._send_chunk(index, chunks[index])
         for _ in range(len(chunks) + 1):
             try:
-                reply = self.request(
-                    Op.COMMIT, GenomeCrc=image.record_crc, InitialOutput=image.dynamics.initial_output
-                )
+                reply = self.request(Op.COMMIT, GenomeCrc=image.record_crc, InitialOutput=image.dynamics.initial_output)
             except Refused as refused:
                 if refused.status is not Status.MISSING_CHUNK:
                     raise

@@ -126,7 +126,10 @@ def plan_flash(image: ControllerImage, board: Board, port: str | None) -> FlashP
         case Board.STM32F405 | Board.LM3S6965:
             scripts = {
                 Board.STM32F405: ("-f", "interface/stlink.cfg", "-f", "target/stm32f4x.cfg"),
-                Board.LM3S6965: ("-f", "board/ek-lm3s6965.cfg",),
+                Board.LM3S6965: (
+                    "-f",
+                    "board/ek-lm3s6965.cfg",
+                ),
             }
             program = f"program {elf} verify reset exit"
             return FlashPlan(board, elf, ("openocd", *scripts[board], "-c", program), "openocd")

@@ -224,7 +224,9 @@ _FULL_LOOK_UP = r"""            "clr %B[z] \n\t"
             "lpm %[t], Z \n\t"
             "sub %[t], %C[v] \n\t"               /* T[k+1] - T[k] */"""
 
-_PLAIN_FULL_LOOK_UP = """    const uint32_t low = NAME_WORD(@name_nodes + k), slope = NAME_WORD(@name_nodes + k + 1) - low;"""
+_PLAIN_FULL_LOOK_UP = (
+    """    const uint32_t low = NAME_WORD(@name_nodes + k), slope = NAME_WORD(@name_nodes + k + 1) - low;"""
+)
 
 _HALF_LOOK_UP = r"""            "mov %[t], %A[z] \n\t"
             "subi %[t], 64 \n\t"

@@ -17,7 +17,7 @@ from sceann_hil.errors import as_user_error
 from sceann_hil.recording.paths import RecordingPaths
 from sceann_hil.recording.process import Detail, RecorderStatus, State
 
-_NICENESS = 19
+_NICENESS = 15
 
 
 def main() -> int:

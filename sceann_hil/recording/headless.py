@@ -72,10 +72,26 @@ def complaints(client: ViewerClient) -> dict[str, list[str]]:
     return {view.name: [report.summary for report in view.reports] for view in client.get_state().views if view.reports}
 
 
+def wait_for_views(client: ViewerClient, timeout_s: float = 60.0) -> None:
+    """Return when everything is loaded and a screen is shown.
+
+    Raises:
+        ViewerUnavailable: that does not happen in time.
+    """
+    deadline = time.monotonic() + timeout_s
+    while True:
+        state = client.get_state()
+        if state.views and not state.loading:
+            return
+        if time.monotonic() > deadline:
+            raise ViewerUnavailable(f"The viewer shows nothing after {timeout_s:g} s.", "Try again on an idle machine.")
+        time.sleep(0.1)
+
+
 def explain_failure(said: str) -> ViewerUnavailable:
     """What a user should know about a viewer that did not start, from what it said."""
-    if "DISPLAY" in said:
-        return ViewerUnavailable("The viewer has no display to open its window on.", NO_DISPLAY)
+    if "DISPLAY" in said or "EventLoopError" in said:
+        return ViewerUnavailable("The viewer found no display to open its window on.", NO_DISPLAY)
     if "graphics adapter" in said or "render context" in said:
         return ViewerUnavailable(
             "The viewer found no graphics driver (Vulkan).",

@@ -23,7 +23,11 @@ from sceann_hil.recording.trial import RecordedTrial, recording_id
 
 _LOOK_AGAIN_S = 0.2
 _WRITERS = 2
-REMEDY = "`sceann record DIR` makes it again from the journal."
+
+
+def remedy(run_dir: Path) -> str:
+    """What a user should do about a damaged recording."""
+    return f"`sceann record {run_dir}` makes it again from the journal."
 
 
 def _nobody(status: RecorderStatus) -> None:
@@ -167,7 +171,7 @@ class Recorder:
         if not path.exists():
             return False
         try:
-            found = rrd.check(path, REMEDY)
+            found = rrd.check(path, remedy(self._paths.run_dir))
         except RecordingIsDamaged:
             if not self._replace_damaged:
                 raise

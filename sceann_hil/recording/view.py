@@ -16,10 +16,17 @@ from pathlib import Path
 from sceann_hil.errors import NotARun, RunIsLocked, ViewerUnavailable
 from sceann_hil.journal import AttemptRow
 from sceann_hil.recording.catalog import catalog
-from sceann_hil.recording.headless import LOCAL, NO_DISPLAY, complaints, explain_failure, headless_viewer
+from sceann_hil.recording.headless import (
+    LOCAL,
+    NO_DISPLAY,
+    complaints,
+    explain_failure,
+    headless_viewer,
+    wait_for_views,
+)
 from sceann_hil.recording.paths import RecordingPaths
 from sceann_hil.recording.process import Detail, RecorderStatus
-from sceann_hil.recording.recorder import REMEDY, Recorder
+from sceann_hil.recording.recorder import Recorder, remedy
 from sceann_hil.recording.rrd import VIEWER, check, quiet_environment
 from sceann_hil.recording.source import RunSource
 from sceann_hil.recording.trial import recording_id
@@ -79,7 +86,7 @@ def view(
 
 
 def picture(
-    run_dir: Path, screen: Screen, file: Path, at: float | None = None, settle_s: float = 3.0
+    run_dir: Path, screen: Screen, file: Path, at: float | None = None, settle_s: float = 1.5
 ) -> dict[str, list[str]]:
     """Draw a screen into a PNG file; needs no display, but a Vulkan driver (Mesa's software driver will do).
 
@@ -88,7 +95,7 @@ def picture(
         screen: what to show.
         file: the picture.
         at: where the time cursor stands: a generation in the overview, seconds in a trial; None: as the viewer likes.
-        settle_s: how long the viewer gets to load and to draw.
+        settle_s: how long the viewer gets to draw, before and after the cursor is set.
 
     Returns:
         What views complained about, by their names: empty if all is well.
@@ -97,12 +104,14 @@ def picture(
         NotARun, RecordingIsDamaged, ViewerUnavailable: as `view`.
     """
     with prepared(run_dir, screen) as source, headless_viewer(source) as client:
+        if screen != GALLERY:
+            wait_for_views(client)
         time.sleep(settle_s)
         if at is not None and screen.overview:
             client.set_time("generation", sequence=int(at), play_state="paused")
         elif at is not None:
             client.set_time("trial_time", duration=at, play_state="paused")
-        time.sleep(settle_s / 2)
+        time.sleep(settle_s)
         file.write_bytes(client.take_screenshot())
         return complaints(client)
 
@@ -131,10 +140,10 @@ def prepared(run_dir: Path, screen: Screen, report: Callable[[RecorderStatus], N
         )
     _record_missing(paths, shown, report)
     if screen.overview:
-        yield str(_sound(paths.run))
+        yield str(_sound(paths.run, run_dir))
         return
     numbers = paths.recorded_generations() if shown is None else [shown.generation]
-    files = [_sound(paths.generation(number)) for number in numbers]
+    files = [_sound(paths.generation(number), run_dir) for number in numbers]
     for shared in (paths.scenery, paths.trial_blueprint, paths.table_blueprint):
         _present(shared)
     with catalog(paths, files) as served:
@@ -164,8 +173,8 @@ def _present(path: Path) -> Path:
     return path
 
 
-def _sound(path: Path) -> Path:
-    check(_present(path), REMEDY)
+def _sound(path: Path, run_dir: Path) -> Path:
+    check(_present(path), remedy(run_dir))
     return path
 
 
@@ -175,10 +184,17 @@ def _require_display() -> None:
 
 
 def _run_viewer(source: str, window: Window) -> None:
-    where = ["--web-viewer", "--web-viewer-port", "0"] if window is Window.WEB else ["--memory-limit", _MEMORY_LIMIT]
+    environment = quiet_environment()
+    if window is Window.WEB:
+        # it opens the browser and prints its address, for those whose browser is elsewhere
+        environment["RUST_LOG"] += ",re_sdk::web_viewer=info"
+        where = ["--web-viewer", "--web-viewer-port", "0"]
+    else:
+        where = ["--memory-limit", _MEMORY_LIMIT]
     with tempfile.TemporaryFile() as said:
         command = [str(VIEWER), "--hide-welcome-screen", *LOCAL, "--port", "auto", *where, source]
-        process = subprocess.Popen(command, env=quiet_environment(), stdin=subprocess.DEVNULL, stderr=said)
+        errors = None if window is Window.WEB else said
+        process = subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL, stderr=errors)
         try:
             code = process.wait()
         except KeyboardInterrupt:

@@ -202,7 +202,9 @@ class TestTethered:
             sense = client.expect("Sense")
             assert (sense["Tick"], sense["Sensor1"]) == (tick % 16, SENSORS[1])
             sent.append((10 * tick, 1024 - tick))
-            client.send("DriveIn", {"Tick": tick, "Hash": 0, "Motor0": sent[-1][0], "Motor1": sent[-1][1], "Motor2": 0}, 6)
+            client.send(
+                "DriveIn", {"Tick": tick, "Hash": 0, "Motor0": sent[-1][0], "Motor1": sent[-1][1], "Motor2": 0}, 6
+            )
             client.heartbeat()
         end = rig.wait_for("End").signals
         assert (end["Ticks"], end["Reason"], end["StateHash"]) == (20, REASON["MAX_TICKS"], 0xFFFF)

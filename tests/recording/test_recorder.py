@@ -132,7 +132,7 @@ def test_a_recorder_follows_a_run_that_goes_on(run: Path) -> None:
 def test_a_recorder_that_is_killed_at_any_moment_can_be_started_again(goal_reach: Path, tmp_path: Path) -> None:
     rng = np.random.default_rng(7)
     interrupted = 0
-    for attempt in range(6):
+    for attempt in range(4):
         run = Path(shutil.copytree(goal_reach, tmp_path / f"run{attempt}"))
         paths = RecordingPaths(run)
         process = subprocess.Popen(

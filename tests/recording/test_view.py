@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from sceann_hil.errors import NotARun, RecordingIsDamaged, ViewerUnavailable
-from sceann_hil.recording import RecordingPaths, view
-from sceann_hil.recording.headless import explain_failure, headless_viewer
+from sceann_hil.recording import RecordingPaths, blueprints, rrd, view
+from sceann_hil.recording.chunks import scenery_chunks, trial_chunks
+from sceann_hil.recording.headless import complaints, explain_failure, headless_viewer, wait_for_views
+from sceann_hil.recording.source import RunSource
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -40,10 +43,8 @@ def test_no_view_reports_an_error(
 
 def test_the_trial_screen_has_its_views_and_both_timelines(recorded: dict[str, Path]) -> None:
     with view.prepared(recorded["goal"], view.Screen(trial=1)) as source, headless_viewer(source) as client:
-        deadline = 100
-        while not (state := client.get_state()).views and deadline:
-            deadline -= 1
-        names = {v.name for v in state.views}
+        wait_for_views(client)
+        names = {shown.name for shown in client.get_state().views}
     assert {"Arena", "Phase", "Sensors", "Hidden neurons", "Motor outputs", "Trial"} <= names
 
 
@@ -68,7 +69,7 @@ def test_a_damaged_recording_is_named_with_its_remedy(run: Path, screen: view.Sc
     with pytest.raises(RecordingIsDamaged) as caught, view.prepared(run, screen):
         pass
     assert str(path) in caught.value.message
-    assert "sceann record" in caught.value.hint
+    assert f"sceann record {run}" in caught.value.hint
 
 
 def test_an_unknown_trial_is_refused(run: Path) -> None:
@@ -96,5 +97,35 @@ def test_a_missing_graphics_driver_is_told_with_the_package_to_install(
     assert "mesa-vulkan-drivers" in caught.value.hint
 
 
+@pytest.mark.parametrize(
+    "said",
+    [
+        "Error: winit EventLoopError: neither WAYLAND_DISPLAY nor WAYLAND_SOCKET nor DISPLAY is set.",
+        "Error: winit EventLoopError: os error: Failed to open connection to X server",
+    ],
+)
+def test_a_window_that_cannot_be_opened_is_a_missing_display(said: str) -> None:
+    assert "display" in explain_failure(said).message
+
+
 def test_any_other_failure_keeps_the_first_line_of_what_the_viewer_said() -> None:
     assert "it broke" in explain_failure("\n  it broke\nbacktrace\n").message
+
+
+def test_a_robot_that_nothing_is_known_of_shows_its_signals_and_network(run: Path, tmp_path: Path) -> None:
+    source = RunSource(run)
+    plain = replace(source.run, scenery=None)
+    trial = source.generation(0).trials[0]
+    source.close()
+    scenery, recording, screen = (tmp_path / name for name in ("scenery.rrd", "trial.rrd", "trial.rbl"))
+    for path, chunks in (
+        (scenery, scenery_chunks(plain)),
+        (recording, trial_chunks(plain, trial, full=True)),
+    ):
+        rrd.write_recording(path, chunks, application_id=plain.experiment, recording_id=path.stem)
+    blueprints.trial_blueprint(plain).save(plain.experiment, str(screen))
+    with headless_viewer("--asset", scenery, recording, screen) as client:
+        wait_for_views(client)
+        assert complaints(client) == {}
+        names = {shown.name for shown in client.get_state().views}
+    assert names == {"Sensors", "Hidden neurons", "Motor outputs", "Controller and its activity", "Trial"}

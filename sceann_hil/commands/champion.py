@@ -1,0 +1,145 @@
+"""The best controllers of a run or a study."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from sceann_hil.coding import genome_from_hex
+from sceann_hil.commands.arguments import AsJson, print_json
+from sceann_hil.config import ExperimentConfig, parse_config
+from sceann_hil.errors import NotARun
+from sceann_hil.journal import JournalReader
+from sceann_hil.robustness import Robustness, measure
+from sceann_hil.study import STUDY_NAME, StudyReader
+
+_MOST_CANDIDATES = 200
+
+
+@dataclass(frozen=True, slots=True)
+class _Candidate:
+    """A controller: where it comes from, its fitness there, its genome."""
+
+    origin: str
+    fitness: float
+    genome: str
+
+
+def register(app: typer.Typer) -> None:
+    """Add this module's commands."""
+    app.command()(champion)
+
+
+def champion(
+    directory: Annotated[
+        Path, typer.Argument(metavar="DIR", help="Folder of a run, or of a study.", show_default=False)
+    ],
+    robust: Annotated[
+        bool, typer.Option("--robust", help="Pick by success in disturbed bodies instead of by fitness.")
+    ] = False,
+    condition: Annotated[
+        int | None, typer.Option("--condition", min=0, help="Of a study: take this condition.", show_default="the best")
+    ] = None,
+    top: Annotated[int, typer.Option("--top", min=1, help="Show so many.")] = 5,
+    as_json: AsJson = False,
+) -> None:
+    """Show the best controllers of a run or a study; with --robust, those to put on a robot.
+
+    Example: sceann champion studies/tables --robust
+    """
+    source, config, candidates = _candidates(directory, condition)
+    order = list(range(len(candidates)))
+    found: Robustness | None = None
+    if robust:
+        genomes = np.stack([genome_from_hex(c.genome, config.genome_length) for c in candidates])
+        found = measure(config, genomes)
+        order.sort(key=lambda k: (-found.score[k], -candidates[k].fitness))
+    shown = order[:top]
+    if as_json:
+        print_json({"from": source, "champions": [_as_dict(candidates[k], found, k) for k in shown]})
+        return
+    _print(source, candidates, found, shown)
+
+
+def _candidates(directory: Path, condition: int | None) -> tuple[str, ExperimentConfig, list[_Candidate]]:
+    """Where they come from, the experiment, and the fittest different genomes, best first."""
+    source, config, listed = (
+        _of_study(directory, condition) if (directory / STUDY_NAME).exists() else _of_run(directory, condition)
+    )
+    listed.sort(key=lambda candidate: -candidate.fitness)
+    different = list({candidate.genome: candidate for candidate in reversed(listed)}.values())[::-1]
+    different.sort(key=lambda candidate: -candidate.fitness)
+    return source, config, different[:_MOST_CANDIDATES]
+
+
+def _of_run(directory: Path, condition: int | None) -> tuple[str, ExperimentConfig, list[_Candidate]]:
+    if condition is not None:
+        raise typer.BadParameter("--condition is for studies; this is one run", param_hint="--condition")
+    reader = JournalReader(directory)
+    try:
+        config = parse_config(reader.run().config, f"{directory}: journalled configuration")
+        rows = [row for g in reader.generations(finished=True) for row in reader.individuals(g.number)]
+    finally:
+        reader.close()
+    if not rows:
+        raise NotARun(f"{directory} has no finished generation yet.", "`sceann resume` it first.")
+    listed = [_Candidate(f"individual {row.id}", row.fitness or 0.0, row.genome) for row in rows]
+    return f"Run {directory}", config, listed
+
+
+def _of_study(directory: Path, number: int | None) -> tuple[str, ExperimentConfig, list[_Candidate]]:
+    with StudyReader(directory) as reader:
+        conditions = reader.conditions()
+        if number is not None and number >= len(conditions):
+            raise NotARun(
+                f"{directory} has no condition {number}.", f"Conditions are numbered from 0 to {len(conditions) - 1}."
+            )
+        runs = {c.number: reader.runs(c.number) for c in conditions if number in (None, c.number)}
+        seed = reader.seed
+    filled = {key: value for key, value in runs.items() if len(value)}
+    if not filled:
+        raise NotARun(f"{directory} has no finished runs yet.", "`sceann study` fills it.")
+    best = max(filled, key=lambda key: float(filled[key].fitness.mean()))
+    chosen = filled[best]
+    source = f"Condition {best}: {conditions[best].label}"
+    return (
+        source,
+        conditions[best].config.model_copy(update={"seed": seed}),
+        [
+            _Candidate(f"run {run}", float(fitness), genome)
+            for run, fitness, genome in zip(chosen.numbers, chosen.fitness, chosen.genomes, strict=True)
+        ],
+    )
+
+
+def _as_dict(candidate: _Candidate, found: Robustness | None, place: int) -> dict[str, Any]:
+    told: dict[str, Any] = {"origin": candidate.origin, "fitness": candidate.fitness, "genome": candidate.genome}
+    if found is not None:
+        told["robust_score"] = float(found.score[place])
+        told["success"] = {
+            disturbance.name: dict(zip(map(str, disturbance.levels), levels[:, place].tolist(), strict=True))
+            for disturbance, levels in zip(found.disturbances, found.success, strict=True)
+        }
+    return told
+
+
+def _print(source: str, candidates: list[_Candidate], found: Robustness | None, shown: list[int]) -> None:
+    names = [] if found is None else ["score", *(disturbance.name for disturbance in found.disturbances)]
+    table = Table("genome", "fitness", *names, "from", title=source)
+    for place in shown:
+        candidate = candidates[place]
+        rates = []
+        if found is not None:
+            rates = [f"[bold]{found.score[place]:.1%}[/]"]
+            rates += [f"{levels[1:, place].mean():.0%}" for levels in found.success]
+        table.add_row(candidate.genome, f"{candidate.fitness:.4g}", *rates, candidate.origin)
+    console = Console(highlight=False)
+    console.print(table)
+    if found is not None:
+        console.print("Part of trials that succeed, mean over the levels of each disturbance.")

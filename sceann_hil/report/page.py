@@ -1,0 +1,95 @@
+"""A page under construction: Markdown with figures beside it, and the same as one HTML file that can be mailed."""
+
+from __future__ import annotations
+
+import base64
+import html
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from markdown_it import MarkdownIt
+
+_CSS = """
+body { font: 16px/1.5 system-ui, "Segoe UI", sans-serif; color: #222 }
+body { max-width: 60rem; margin: 2rem auto; padding: 0 1rem }
+h1, h2, h3 { line-height: 1.2; margin-top: 2em } h1 { margin-top: 0 }
+table { border-collapse: collapse; margin: 1em 0; font-size: 0.9em; display: block; overflow-x: auto }
+th, td { border: 1px solid #ddd; padding: 0.3em 0.6em; text-align: left; vertical-align: top }
+th { background: #f4f4f4 }
+img { max-width: 100%; height: auto } code { background: #f4f4f4; padding: 0.1em 0.3em }
+pre { background: #f4f4f4; padding: 0.8em; overflow-x: auto }
+"""
+
+
+class Page:
+    """Sections in the order in which they are added.
+
+    Args:
+        title: of the page.
+        directory: where it will be written.
+        name: of its files: ``NAME.md``, ``NAME.html`` and the folder ``NAME`` with the figures.
+    """
+
+    def __init__(self, title: str, directory: Path, name: str) -> None:
+        self._directory = directory
+        self._name = name
+        self._title = title
+        self._parts: list[str] = [f"# {title}"] if title else []
+
+    def heading(self, text: str, level: int = 2) -> None:
+        """A heading."""
+        self._parts.append(f"{'#' * level} {text}")
+
+    def text(self, *paragraphs: str) -> None:
+        """Paragraphs of Markdown."""
+        self._parts.extend(paragraphs)
+
+    def bullets(self, lines: Sequence[str]) -> None:
+        """A list; nothing if there are no lines."""
+        if not lines:
+            return
+        self._parts.append("\n".join(f"* {line}" for line in lines))
+
+    def code(self, lines: Sequence[str]) -> None:
+        """A block to copy."""
+        self._parts.append("\n".join(["```sh", *lines, "```"]))
+
+    def table(self, header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+        """A table; cells are Markdown."""
+        lines = [_row(header), _row(["---"] * len(header)), *map(_row, rows)]
+        self._parts.append("\n".join(lines))
+
+    def figure(self, name: str, caption: str, draw: Callable[[Path], None]) -> None:
+        """A figure: `draw` gets the path without suffix and leaves ``.svg`` and ``.png`` there."""
+        draw(self._directory / self._name / name)
+        self._parts.append(f"![{caption}]({self._name}/{name}.svg)")
+        self._parts.append(f"*{caption}*")
+
+    def append(self, other: Page) -> None:
+        """All parts of another page for the same files."""
+        self._parts.extend(other._parts)
+
+    def write(self) -> tuple[Path, Path]:
+        """The Markdown and the HTML file."""
+        self._directory.mkdir(parents=True, exist_ok=True)
+        markdown = self._directory / f"{self._name}.md"
+        source = "\n\n".join(self._parts) + "\n"
+        markdown.write_text(source, encoding="utf-8")
+        page = markdown.with_suffix(".html")
+        page.write_text(self._html(source), encoding="utf-8")
+        return markdown, page
+
+    def _html(self, source: str) -> str:
+        body = str(MarkdownIt("commonmark").enable("table").render(source))
+        for figure in sorted((self._directory / self._name).glob("*.svg")):
+            data = base64.b64encode(figure.read_bytes()).decode()
+            body = body.replace(f'src="{self._name}/{figure.name}"', f'src="data:image/svg+xml;base64,{data}"')
+        return (
+            f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
+            f'<meta name="viewport" content="width=device-width"><title>{html.escape(self._title)}</title>'
+            f"<style>{_CSS}</style></head>\n<body>\n{body}</body></html>\n"
+        )
+
+
+def _row(cells: Sequence[str]) -> str:
+    return f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |"

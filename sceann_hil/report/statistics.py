@@ -1,0 +1,125 @@
+"""Intervals and tests; all of them at 95 % unless said otherwise. SciPy does the mathematics.
+
+Success rates: Wilson's interval (1927) and Newcombe's hybrid interval for differences (1998, method 10). Means: linear
+contrasts with Welch's standard error and Satterthwaite's degrees of freedom.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+LEVEL = 0.95
+_K = TypeVar("_K")
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """An estimate and its confidence interval."""
+
+    estimate: float
+    low: float
+    high: float
+
+    @property
+    def contains_zero(self) -> bool:
+        """Zero is not excluded."""
+        return self.low <= 0.0 <= self.high
+
+
+def wilson(successes: int, n: int, level: float = LEVEL) -> Interval:
+    """A success rate and Wilson's score interval."""
+    found = stats.binomtest(successes, n).proportion_ci(level, method="wilson")
+    return Interval(successes / n, float(found.low), float(found.high))
+
+
+def rate_difference(one: tuple[int, int], other: tuple[int, int], level: float = LEVEL) -> Interval:
+    """Rate of `one` minus rate of `other`, each as (successes, n): Newcombe's hybrid score interval."""
+    a, b = wilson(*one, level), wilson(*other, level)
+    difference = a.estimate - b.estimate
+    low = difference - float(np.hypot(a.estimate - a.low, b.high - b.estimate))
+    high = difference + float(np.hypot(a.high - a.estimate, b.estimate - b.low))
+    return Interval(difference, low, high)
+
+
+def fisher(one: tuple[int, int], other: tuple[int, int]) -> float:
+    """Two-sided p value of Fisher's exact test that two rates, each as (successes, n), are equal."""
+    table = np.array([[one[0], one[1] - one[0]], [other[0], other[1] - other[0]]])
+    return float(stats.fisher_exact(table).pvalue)
+
+
+def mean_interval(values: NDArray[np.float64], level: float = LEVEL) -> Interval:
+    """A mean and Student's interval."""
+    return contrast({0: values}, {0: 1.0}, level)
+
+
+def contrast(samples: Mapping[_K, NDArray[np.float64]], weights: Mapping[_K, float], level: float = LEVEL) -> Interval:
+    """A weighted sum of the means of independent samples, such as one mean minus another.
+
+    Args:
+        samples: at least the samples that `weights` names, each with two values or more.
+        weights: factor of each sample's mean.
+        level: of the two-sided interval.
+    """
+    estimate = sum(weight * float(samples[key].mean()) for key, weight in weights.items())
+    parts = np.array([weight**2 * samples[key].var(ddof=1) / len(samples[key]) for key, weight in weights.items()])
+    freedom = np.array([len(samples[key]) - 1 for key in weights])
+    error = float(np.sqrt(parts.sum()))
+    if error == 0.0:
+        return Interval(estimate, estimate, estimate)
+    satterthwaite = parts.sum() ** 2 / (parts**2 / freedom).sum()
+    reach = error * float(stats.t.ppf(0.5 + level / 2.0, satterthwaite))
+    return Interval(estimate, estimate - reach, estimate + reach)
+
+
+class Verdict(StrEnum):
+    """What the data say of a claim."""
+
+    HOLDS = "holds"
+    DOES_NOT_HOLD = "does not hold"
+    CANNOT_TELL = "cannot tell"
+
+
+@dataclass(frozen=True, slots=True)
+class Statement:
+    """One comparison of a claim: something that should be positive.
+
+    Attributes:
+        name: what is compared, for people.
+        interval: of the difference, at 95 %.
+        strict: the same at the level that keeps the chance of one false contradiction in the whole claim below 5 %.
+    """
+
+    name: str
+    interval: Interval
+    strict: Interval
+
+    @property
+    def verdict(self) -> Verdict:
+        """Positive, negative, or neither."""
+        if self.interval.low > 0.0:
+            return Verdict.HOLDS
+        return Verdict.DOES_NOT_HOLD if self.strict.high < 0.0 else Verdict.CANNOT_TELL
+
+
+def judge(statements: Sequence[Statement]) -> Verdict:
+    """A claim that consists of several statements.
+
+    It holds if each of them is significantly positive (an intersection-union test, so the level needs no correction),
+    does not hold if at least one is significantly negative (with Bonferroni's correction), and else is open.
+    """
+    verdicts = {statement.verdict for statement in statements}
+    if Verdict.DOES_NOT_HOLD in verdicts:
+        return Verdict.DOES_NOT_HOLD
+    return Verdict.CANNOT_TELL if Verdict.CANNOT_TELL in verdicts else Verdict.HOLDS
+
+
+def strict_level(n_statements: int) -> float:
+    """Bonferroni's two-sided level for `n_statements` one-sided contradictions at 5 % in all."""
+    return 1.0 - 2.0 * (1.0 - LEVEL) / max(n_statements, 1) if n_statements > 1 else LEVEL

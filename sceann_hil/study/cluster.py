@@ -1,0 +1,130 @@
+"""Blocks on a Dask cluster; a dead worker's blocks are done again elsewhere.
+
+Needs the extra ``cluster``. The workers need this package too, of the same version: results do not depend on who
+computes them, but an older version may compute something else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from importlib.metadata import version
+from itertools import islice
+from types import ModuleType
+from typing import Any, Self
+
+from sceann_hil.errors import WorkersLost
+from sceann_hil.study.lockstep import Block, BlockResult, compute_block
+
+MOST_ATTEMPTS = 5
+"""Times that one block may be lost together with its worker."""
+_PACKAGE = "sceann-hil"
+
+
+class ClusterWorkers:
+    """The workers of a running Dask scheduler.
+
+    Args:
+        address: of the scheduler, such as ``tcp://10.0.0.5:8786``.
+        timeout_s: how long to wait for it.
+
+    Raises:
+        WorkersLost: the extra is not installed, the scheduler does not answer, or its workers have another version.
+    """
+
+    def __init__(self, address: str, timeout_s: float = 15.0) -> None:
+        self.address = address
+        self._dask = _dask()
+        try:
+            self._client = self._dask.Client(address, timeout=timeout_s, set_as_default=False)
+        except (OSError, ValueError) as error:
+            raise WorkersLost(
+                f"No Dask scheduler answers at {address}: {error}",
+                "Start one with `dask scheduler` and workers with `dask worker ADDRESS`, or correct --cluster.",
+            ) from None
+        self._check_versions()
+
+    @property
+    def description(self) -> str:
+        """For reports."""
+        return f"a Dask cluster with {len(self._client.nthreads())} workers"
+
+    def compute(self, blocks: Iterable[Block]) -> Iterator[BlockResult]:
+        """Results in the order in which they are finished.
+
+        Raises:
+            WorkersLost: a block takes every worker down with it, or the scheduler is gone.
+        """
+        waiting = iter(blocks)
+        finished = self._dask.as_completed(loop=self._client.loop)
+        attempts: dict[str, tuple[Block, int]] = {}
+
+        def submit(block: Block, attempt: int) -> None:
+            key = f"sceann-{block.condition}-{block.first_run}-{attempt}-{id(self)}"
+            attempts[key] = (block, attempt)
+            finished.add(self._client.submit(compute_block, block, key=key, pure=False))
+
+        for block in islice(waiting, self._in_the_air()):
+            submit(block, 1)
+        while attempts:
+            future = next(finished)
+            block, attempt = attempts.pop(future.key)
+            try:
+                result = future.result()
+            except (self._dask.KilledWorker, self._dask.client.FutureCancelledError) as error:
+                if attempt == MOST_ATTEMPTS or self._client.status != "running":
+                    raise WorkersLost(
+                        f"The cluster lost the runs from {block.first_run} of condition {block.condition}: {error}",
+                        "Results so far are kept: look at the workers, then the same command continues.",
+                    ) from None
+                submit(block, attempt + 1)
+                continue
+            future.release()
+            for fresh in islice(waiting, max(0, self._in_the_air() - len(attempts))):
+                submit(fresh, 1)
+            yield result
+
+    @property
+    def count(self) -> int:
+        """Threads of all workers."""
+        threads: dict[str, int] = self._client.nthreads()
+        return max(1, sum(threads.values()))
+
+    def close(self) -> None:
+        """Leave the cluster as it is."""
+        self._client.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _in_the_air(self) -> int:
+        """Enough that nobody waits, few enough that memory stays bounded."""
+        return max(4, 2 * self.count)
+
+    def _check_versions(self) -> None:
+        ours = version(_PACKAGE)
+        found: dict[str, Any] = self._client.run(_version_or_none, on_error="return")
+        for worker, theirs in found.items():
+            if theirs != ours:
+                self._client.close()
+                raise WorkersLost(
+                    f"The worker {worker} has {_PACKAGE} {theirs if isinstance(theirs, str) else 'not installed'}; "
+                    f"expected {ours}, as here.",
+                    "Install the same version on every worker, then start it again.",
+                )
+
+
+def _version_or_none() -> str | None:
+    return version(_PACKAGE)
+
+
+def _dask() -> ModuleType:
+    try:
+        import distributed
+    except ImportError as error:
+        raise WorkersLost(
+            f"--cluster needs Dask, which is not installed ({error}).", "pip install 'sceann-hil[cluster]'"
+        ) from None
+    return distributed

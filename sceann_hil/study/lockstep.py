@@ -1,0 +1,183 @@
+"""Many runs of one experiment side by side: one robot call evaluates the generation of all of them.
+
+A run alone would leave most of a simulation's lanes idle. Every run still has its own seed tree and its own algorithm
+state, so run k of a block has the same bits as `sceann_hil.experiment.Experiment` with the same root seed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sceann_hil.coding import Bits, genome_to_hex
+from sceann_hil.config import ExperimentConfig, parse_config
+from sceann_hil.evolution import State
+from sceann_hil.robot import EndReason, Robot, Trials, TrialVoid
+from sceann_hil.seeds import Purpose, generator, keys
+from sceann_hil.task import Task
+
+
+@dataclass(frozen=True, slots=True)
+class Generation:
+    """One generation of every run (r runs, p individuals).
+
+    Attributes:
+        number: from 0.
+        states: each run's algorithm state.
+        fitness: mean over each individual's trials, float64, shape ``(r, p)``.
+        successes: trials that reached what the task asks for, int64, shape ``(r, p)``.
+    """
+
+    number: int
+    states: list[State]
+    fitness: NDArray[np.float64]
+    successes: NDArray[np.int64]
+
+    @property
+    def genomes(self) -> Bits:
+        """All expressed bits, shape ``(r, p, L)``."""
+        return np.stack([state.genomes for state in self.states])
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """Some runs of one condition: the smallest piece of work.
+
+    Attributes:
+        condition: number of the condition in its study.
+        first_run: number of the first of the consecutive runs.
+        config: the condition's experiment, YAML.
+        seeds: root seed of each run.
+    """
+
+    condition: int
+    first_run: int
+    config: str
+    seeds: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class BlockResult:
+    """What came out of a `Block` (r runs, g + 1 generations).
+
+    Attributes:
+        block: the work that was done.
+        fitness: of each run's champion, the best of the last generation, float64, shape ``(r,)``.
+        successes: its trials that reached what the task asks for, int64, shape ``(r,)``.
+        genomes: its bits, hexadecimal.
+        best: best fitness of every generation, float32, shape ``(r, g + 1)``.
+    """
+
+    block: Block
+    fitness: NDArray[np.float64]
+    successes: NDArray[np.int64]
+    genomes: tuple[str, ...]
+    best: NDArray[np.float32]
+
+
+def compute_block(block: Block) -> BlockResult:
+    """Run a block on one core.
+
+    Raises:
+        TrialVoid: the robot could not say what happened in a trial.
+    """
+    config = parse_config(block.config, "the study's condition")
+    robot = config.robot.build()
+    robot.use_cores(1)
+    best = []
+    with robot:
+        for generation in lockstep(config, np.array(block.seeds, np.uint64), robot):
+            best.append(generation.fitness.max(axis=1).astype(np.float32))
+    champions = generation.fitness.argmax(axis=1)
+    runs = np.arange(len(champions))
+    return BlockResult(
+        block=block,
+        fitness=generation.fitness[runs, champions],
+        successes=generation.successes[runs, champions],
+        genomes=tuple(
+            genome_to_hex(state.genomes[champion]) for state, champion in zip(generation.states, champions, strict=True)
+        ),
+        best=np.stack(best, axis=1),
+    )
+
+
+def lockstep(config: ExperimentConfig, seeds: NDArray[np.uint64], robot: Robot) -> Iterator[Generation]:
+    """Evolve several runs at once, yielding every generation once it is evaluated.
+
+    Args:
+        config: the experiment; its own seed is not used.
+        seeds: root seed of each run, below 2**63, shape ``(r,)``.
+        robot: connected, as the configuration says; takes batches of any size.
+
+    Raises:
+        ValueError: the robot takes no batches.
+        TrialVoid: the robot could not say what happened in a trial.
+    """
+    if robot.spec.batch_size is not None or robot.spec.attended:
+        raise ValueError(f"robot: expected one that runs any number of trials at once, got {robot.spec.name}")
+    algorithm: Any = config.algorithm.build(config.genome_length)
+    evaluator = _Evaluator(config, config.task.build(), robot, seeds)
+    states = [algorithm.start(generator(int(seed), Purpose.ALGORITHM, 0)) for seed in seeds]
+    generation = evaluator.evaluate(0, states, None)
+    yield generation
+    for number in range(1, config.algorithm.generations + 1):
+        states = [
+            algorithm.tell(state, fitness, generator(int(seed), Purpose.ALGORITHM, number))
+            for state, fitness, seed in zip(states, generation.fitness, seeds, strict=True)
+        ]
+        generation = evaluator.evaluate(number, states, generation)
+        yield generation
+
+
+class _Evaluator:
+    """`sceann_hil.evaluator.Evaluator` for many runs and no journal: the same trials, keys and means."""
+
+    def __init__(self, config: ExperimentConfig, task: Task, robot: Robot, seeds: NDArray[np.uint64]) -> None:
+        self._coding = config.controller.coding
+        self._size = config.size
+        self._dynamics = config.controller.dynamics
+        self._task = task
+        self._robot = robot
+        self._seeds = seeds
+
+    def evaluate(self, number: int, states: list[State], before: Generation | None) -> Generation:
+        genomes = np.stack([state.genomes for state in states])
+        fitness = np.empty(genomes.shape[:2])
+        successes = np.empty(genomes.shape[:2], np.int64)
+        todo = np.ones(genomes.shape[:2], np.bool_)
+        if before is not None and self._robot.spec.noise_free:
+            # the same genome in the same noise-free body does the same again, bit for bit
+            parents = np.stack([state.parents for state in states])
+            runs = np.arange(len(states))[:, None]
+            todo = (genomes != before.genomes[runs, parents]).any(axis=-1)
+            fitness[~todo] = before.fitness[runs, parents][~todo]
+            successes[~todo] = before.successes[runs, parents][~todo]
+        if todo.any():
+            fitness[todo], successes[todo] = self._run(number, genomes[todo], *np.nonzero(todo))
+        return Generation(number, states, fitness, successes)
+
+    def _run(
+        self, number: int, genomes: Bits, run: NDArray[np.intp], individual: NDArray[np.intp]
+    ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        n, n_trials = len(genomes), self._task.n_trials
+        noise = keys(self._seeds[run][:, None], Purpose.TRIAL, number, individual[:, None], np.arange(n_trials), 0)
+        trials = Trials(
+            size=self._size,
+            dynamics=self._dynamics,
+            weights=self._coding.decode(genomes, self._size),
+            genome_index=np.repeat(np.arange(n, dtype=np.int32), n_trials),
+            starts=np.tile(self._task.starts, (n, 1)),
+            keys=noise.reshape(-1),
+            max_steps=self._task.max_steps,
+            ids=np.arange(n * n_trials),
+        )
+        results = self._robot.run(trials)
+        if results.end_reasons.max() >= EndReason.LINK_LOST:
+            reason = EndReason(int(results.end_reasons.max()))
+            raise TrialVoid(f"a simulated trial ended with {reason.name.lower()}, which is no result")
+        fitness = self._task.fitness(results).reshape(n, n_trials).mean(axis=1)
+        return fitness, self._task.succeeded(results).reshape(n, n_trials).sum(axis=1)

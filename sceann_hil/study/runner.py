@@ -1,0 +1,171 @@
+"""From a checked study to a filled database: what is still to be done, who does it, and what happens on the way."""
+
+from __future__ import annotations
+
+import errno
+import sqlite3
+import time
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol
+
+from sceann_hil.errors import ConfigError
+from sceann_hil.study.condition import Condition
+from sceann_hil.study.config import Study
+from sceann_hil.study.lockstep import Block, BlockResult
+from sceann_hil.study.store import StudyStore
+
+TRIALS_AT_ONCE = 10_000
+"""Trials of one robot call: enough to keep every lane busy, few enough that memory does not matter."""
+SECONDS_BETWEEN_ATTEMPTS = 10.0
+"""How often a full disk is tried again."""
+
+
+class Workers(Protocol):
+    """Who computes blocks."""
+
+    @property
+    def count(self) -> int:
+        """How many blocks are computed at the same time."""
+
+    @property
+    def description(self) -> str:
+        """For reports."""
+
+    def compute(self, blocks: Iterable[Block]) -> Iterator[BlockResult]:
+        """Results in the order in which they are finished."""
+
+
+class Observer:
+    """Told how a study goes on; the base class keeps quiet."""
+
+    def begin(self, todo: Todo) -> None:
+        """Before the first block."""
+
+    def finished(self, condition: Condition, result: BlockResult) -> None:
+        """A block is in the database."""
+
+    def disk_full(self) -> None:
+        """The database cannot grow; the study waits."""
+
+
+@dataclass(frozen=True, slots=True)
+class Todo:
+    """What is still to be done of a study.
+
+    Attributes:
+        study: the study.
+        runs: numbers of the missing runs of each condition, in order.
+        trials: what one run of each condition costs at most, in trials.
+    """
+
+    study: Study
+    runs: tuple[tuple[int, ...], ...]
+    trials: tuple[int, ...] = field(default=())
+
+    @classmethod
+    def of(cls, study: Study, store: StudyStore) -> Todo:
+        """Everything that the database does not hold yet."""
+        wanted = range(study.config.runs)
+        missing = [tuple(sorted(set(wanted) - store.finished(condition.number))) for condition in study.conditions]
+        return cls(study, tuple(missing), tuple(_trials_of_a_run(c) for c in study.conditions))
+
+    @property
+    def n_runs(self) -> int:
+        """Missing runs of all conditions."""
+        return sum(map(len, self.runs))
+
+    def blocks(self, n_workers: int) -> Iterator[Block]:
+        """The missing runs in blocks of consecutive ones. How they are cut has no influence on any number."""
+        fair_share = max(1, self.n_runs // (2 * n_workers))
+        for condition, runs in zip(self.study.conditions, self.runs, strict=True):
+            algorithm, n_trials = condition.config.algorithm, condition.config.task.build().n_trials
+            most = min(fair_share, max(1, TRIALS_AT_ONCE // (algorithm.population * n_trials)))
+            for chunk in _consecutive(runs, most):
+                seeds = condition.seeds(self.study.config.seed, chunk)
+                yield Block(condition.number, chunk[0], condition.text, tuple(seeds.tolist()))
+
+
+def run_study(study: Study, directory: Path, workers: Workers, observer: Observer | None = None) -> None:
+    """Do what is missing of a study; everything that was done before is kept.
+
+    Args:
+        study: checked.
+        directory: holds the database, or will.
+        workers: who computes.
+        observer: told how it goes on.
+
+    Raises:
+        ConfigError: a condition's robot cannot run many trials at once.
+        StudyChanged: the folder holds a study with other conditions.
+        RunIsLocked, RunIsNewer, RunIsDamaged, NotARun: the database cannot be used.
+        WorkersLost: nobody is left to compute.
+    """
+    observer = observer or Observer()
+    _refuse_physical_robots(study)
+    with StudyStore.begin_or_continue(study, directory, workers.description) as store:
+        todo = Todo.of(study, store)
+        observer.begin(todo)
+        for result in workers.compute(todo.blocks(workers.count)):
+            record_when_there_is_room(store, result, observer.disk_full)
+            observer.finished(study.conditions[result.block.condition], result)
+
+
+def record_when_there_is_room(
+    store: StudyStore, result: BlockResult, tell: Callable[[], None], wait: Callable[[float], None] = time.sleep
+) -> None:
+    """Record a result; while the disk is full, say so once and try again until it is not.
+
+    Args:
+        store: the database.
+        result: what to keep; nothing of it is lost meanwhile.
+        tell: called before the first wait.
+        wait: how to wait for some seconds.
+    """
+    told = False
+    while True:
+        try:
+            store.record(result)
+            return
+        except (sqlite3.OperationalError, OSError) as error:
+            if not _is_disk_full(error):
+                raise
+        if not told:
+            tell()
+            told = True
+        wait(SECONDS_BETWEEN_ATTEMPTS)
+
+
+def _is_disk_full(error: Exception) -> bool:
+    if isinstance(error, sqlite3.OperationalError):
+        return error.sqlite_errorcode == sqlite3.SQLITE_FULL
+    return isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT)
+
+
+def _refuse_physical_robots(study: Study) -> None:
+    for condition in study.conditions:
+        spec = condition.config.robot.spec
+        if spec.attended or spec.batch_size is not None:
+            raise ConfigError(
+                f"robot.type: a study needs a simulated robot that runs many trials at once; {spec.name} takes "
+                f"{spec.batch_size or 'them'} at a time"
+                f"{' with a person beside it' if spec.attended else ''} (condition [{condition.label}])",
+                "Nothing was started. Use `sceann evolve` for a physical robot.",
+            )
+
+
+def _trials_of_a_run(condition: Condition) -> int:
+    algorithm = condition.config.algorithm
+    return algorithm.population * (algorithm.generations + 1) * condition.config.task.build().n_trials
+
+
+def _consecutive(numbers: tuple[int, ...], most: int) -> Iterator[list[int]]:
+    chunk: list[int] = []
+    for number in numbers:
+        if chunk and (number != chunk[-1] + 1 or len(chunk) == most):
+            yield chunk
+            chunk = []
+        chunk.append(number)
+    if chunk:
+        yield chunk
