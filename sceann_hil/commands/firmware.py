@@ -166,7 +166,7 @@ def _line(board: Board, port: str | None, baud: int) -> AbstractContextManager[L
     if port is not None:
         return SerialLine(port, baud)
     try:
-        from backends.emulation.lines import emulated_line  # noqa: PLC0415 - only this needs the emulators
+        from backends.emulation.lines import emulated_line
     except ImportError as error:
         raise FirmwareBuildFailed(f"emulation: {error}", "Install sceann-hil with its backends.") from None
     return emulated_line(board)

@@ -61,8 +61,8 @@ class OnRobot:
         version = ".".join(map(str, d.firmware))
         kept = "kept over power loss" if self.stored else "until it is switched off"
         return (
-            f"{d.name} ({d.unique_id:014x}): firmware {version}, link {d.link_version}, arithmetic {d.arithmetic_id:08x}, "
-            f"genome {self.genome_crc:08x}, {kept}"
+            f"{d.name} ({d.unique_id:014x}): firmware {version}, link {d.link_version}, "
+            f"arithmetic {d.arithmetic_id:08x}, genome {self.genome_crc:08x}, {kept}"
         )
 
 
