@@ -3,12 +3,24 @@
 from __future__ import annotations
 
 import sys
+from importlib.metadata import entry_points
 
 import typer
 from rich.console import Console
 from rich.markup import escape
 
-from sceann_hil.commands import champion, evolve, firmware, inspect, landscape, observe, prepare, report, study
+from sceann_hil.commands import (
+    champion,
+    evolve,
+    firmware,
+    hardware,
+    inspect,
+    landscape,
+    observe,
+    prepare,
+    report,
+    study,
+)
 from sceann_hil.errors import as_user_error
 
 app = typer.Typer(
@@ -20,8 +32,10 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="Exit codes: see docs/exit-codes.md. Start with: sceann evolve configs/quickstart.yaml",
 )
-for module in (prepare, evolve, inspect, observe, study, landscape, report, champion, firmware):
+for module in (prepare, evolve, inspect, observe, study, landscape, report, champion, firmware, hardware):
     module.register(app)
+for entry in entry_points(group="sceann_hil.commands"):
+    entry.load()(app)
 
 
 def main() -> None:

@@ -7,6 +7,7 @@ again within a limit. What the journal already holds is never run a second time.
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -74,6 +75,8 @@ class Evaluator:
         self._phenotype = phenotype
         self._task = task
         self._robot = robot
+        run = journal.reader.run()
+        self._run_id = zlib.crc32(f"{run.created_at} {run.root_seed} {run.name}".encode())
         self._root_seed = root_seed
         self._journal = journal
         self._stop = stop
@@ -105,10 +108,11 @@ class Evaluator:
         for place, row in known.items():
             if np.isnan(fitness[place]):
                 attempt[place] = row.attempt + 1
+        earlier = attempt.copy()
         while np.isnan(fitness).any():
             individual, trial = np.nonzero(np.isnan(fitness))
             slots = Slots(individual, trial, attempt[individual, trial])
-            self._check_retries(slots)
+            self._check_retries(slots, earlier[individual, trial])
             for part in _batches(len(slots), self._robot.spec.batch_size):
                 some = slots.take(part)
                 starts = self._task.starts[some.trial]
@@ -160,9 +164,12 @@ class Evaluator:
         fitness[individual, trial] = values[counts]
         succeeded[individual, trial] = self._task.succeeded(results)[counts]
         if EndReason.EMERGENCY_STOP in results.end_reasons:
-            raise EmergencyStop("an emergency stop ended the trial; its attempt is void")
+            raise EmergencyStop(self._with_complaints("an emergency stop ended the trial; its attempt is void"))
         if EndReason.FAULT in results.end_reasons:
-            raise RobotFault("the robot reported a fault during the trial; its attempt is void")
+            raise RobotFault(self._with_complaints("the trial ended with a fault; its attempt is void"))
+
+    def _with_complaints(self, what: str) -> str:
+        return ": ".join((what, *self._robot.health().messages))
 
     def _trials(
         self,
@@ -181,14 +188,16 @@ class Evaluator:
             keys=noise,
             max_steps=self._task.max_steps,
             ids=ids,
+            run_id=self._run_id,
         )
 
-    def _check_retries(self, slots: Slots) -> None:
-        worst = int(np.argmax(slots.attempt))
-        if slots.attempt[worst] > RETRY_LIMIT:
+    def _check_retries(self, slots: Slots, earlier: NDArray[np.int64]) -> None:
+        """Attempts of an earlier process do not count: somebody looked and resumed."""
+        worst = int(np.argmax(slots.attempt - earlier))
+        if slots.attempt[worst] - earlier[worst] > RETRY_LIMIT:
             raise TrialVoid(
                 f"trial {slots.trial[worst]} of individual {slots.individual[worst]} was void "
-                f"{slots.attempt[worst]} times; no fitness was made of it"
+                f"{slots.attempt[worst]} times; " + self._with_complaints("no fitness was made of it")
             )
 
     def _raise_if_stopped(self) -> None:

@@ -20,6 +20,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Self
 
+from sceann_hil.ancestor import Ancestor
 from sceann_hil.config import ExperimentConfig, dump_config, parse_config
 from sceann_hil.errors import RunExists
 from sceann_hil.evaluator import Evaluator, Phenotype, Stopped
@@ -83,12 +84,19 @@ class Experiment:
             (directory / CONFIG_NAME).write_text(text, encoding="utf-8")
 
     @classmethod
-    def create(cls, config: ExperimentConfig, directory: Path) -> Self:
+    def create(cls, config: ExperimentConfig, directory: Path, ancestor: Ancestor | None = None) -> Self:
         """Start a run in a folder that is new or empty.
+
+        Args:
+            config: what it does.
+            directory: where.
+            ancestor: the run whose population it goes on from, perhaps on another robot.
 
         Raises:
             RunExists: there is something at `directory`.
+            ConfigError: the ancestor's genomes do not fit.
         """
+        first = ancestor.first_generation(config) if ancestor is not None else None
         if directory.exists() and not _is_free(directory):
             raise RunExists(
                 f"{directory} exists already; nothing was overwritten.",
@@ -103,6 +111,8 @@ class Experiment:
                 root_seed=config.seed,
                 config=dump_config(config),
                 versions=_versions(),
+                parent_run=str(ancestor.directory) if ancestor is not None else None,
+                first=first,
             )
         except BaseException:
             lock.release()

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from sceann_hil.coding import NetworkSize, Weights
 from sceann_hil.controller import Dynamics
+from sceann_hil.diagnosis import Finding, Verdict
 from sceann_hil.scenery import Scenery
 
 
@@ -108,7 +109,9 @@ class Trials:
         starts: start values in the order of `RobotSpec.start_fields`, float64, shape ``(n, n_start)``.
         keys: 64-bit noise keys from the seed tree, uint64, shape ``(n,)``.
         max_steps: a trial that reaches this many steps ends with `EndReason.TIME_UP`.
-        ids: numbers that name the trials in the journal and on the robot, int64, shape ``(n,)``.
+        ids: numbers that name the trials in the journal, int64, shape ``(n,)``.
+        run_id: a number that tells this run from others, so that a robot's memory of another run's trial is not
+            taken for one of this run's.
     """
 
     size: NetworkSize
@@ -119,6 +122,7 @@ class Trials:
     keys: NDArray[np.uint64]
     max_steps: int
     ids: NDArray[np.int64]
+    run_id: int = 0
 
     @classmethod
     def none(cls, size: NetworkSize, n_start: int) -> Self:
@@ -148,6 +152,7 @@ class Trials:
             self.keys[which],
             self.max_steps,
             self.ids[which],
+            self.run_id,
         )
 
     def batches(self, batch_size: int | None) -> Iterator[Trials]:
@@ -286,6 +291,23 @@ class Robot(ABC):
     def health(self) -> Health:
         """State of the robot, without side effects."""
         return Health()
+
+    def diagnose(self, *, may_move: bool) -> Iterator[Finding]:
+        """Look at the robot, not connected before, and tell what is found; safe at any time.
+
+        Args:
+            may_move: somebody has seen to it that the robot may move for a moment.
+        """
+        try:
+            self.connect()
+        except RobotError as error:
+            yield Finding("connection", Verdict.BAD, str(error))
+            return
+        health = self.health()
+        yield Finding(
+            "health", Verdict.GOOD if health.ok else Verdict.BAD, ", ".join(health.messages) or "nothing to say"
+        )
+        self.disconnect()
 
     def __enter__(self) -> Self:
         self.connect()

@@ -21,7 +21,7 @@ from sceann_hil.robot import RobotFault
 
 HZ = 16_000_000
 CPU_DONE, CPU_CRASHED = 6, 7
-POWER_ON, EXTERNAL_RESET, WATCHDOG_RESET = 0x01, 0x02, 0x08
+POWER_ON, EXTERNAL_RESET = 0x01, 0x02
 """Bits of the chip's register MCUSR: why it started."""
 
 SHIM = Toolchain("gcc", "gcc libc6-dev libsimavr-dev libelf-dev", ("-O2", "-shared", "-fPIC"), ("-lsimavr", "-lelf"))

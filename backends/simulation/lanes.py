@@ -186,7 +186,7 @@ def _run_lanes(
         if has_gap:
             apply_motor_gap(motors, delayed, lane_gap, n_sensors)
         for k in range(0, n_noise, 2):
-            _fill_normals(noise, k, key_low, key_high, step)
+            fill_normals(noise, k, key_low, key_high, step)
         advance(state, motors, noise, ended, work, parameters)
         if tracing:
             for lane in range(LANES):
@@ -208,13 +208,14 @@ def _run_lanes(
 
 
 @compiled_part
-def _fill_normals(
+def fill_normals(
     noise: Float32Array,
     row: int,
     key_low: NDArray[np.uint32],
     key_high: NDArray[np.uint32],
     step: NDArray[np.int32],
 ) -> None:
+    """Normal deviates into two rows from `row` on; a step's deviates depend on key, step and row only."""
     for lane in range(LANES):
         counter = _U(_U(_U(step[lane]) * _U(CHANNELS)) + _U(row))
         noise[row, lane], noise[row + 1, lane] = normal_pair(key_low[lane], key_high[lane], counter)

@@ -15,6 +15,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from sceann_hil.ancestor import Ancestor, Take
 from sceann_hil.commands.arguments import AsJson, ConfigFile, Overrides, RunDirectory, Seed, overrides_of, print_json
 from sceann_hil.commands.progress import show_progress
 from sceann_hil.commands.recording import Record, RecordChoice, recorded
@@ -36,6 +37,12 @@ def evolve(
     ] = None,
     seed: Seed = None,
     overrides: Overrides = None,
+    ancestor: Annotated[
+        Path | None, typer.Option("--from", metavar="RUN", help="Go on from this run's population, on CONFIG's robot.")
+    ] = None,
+    take: Annotated[
+        Take, typer.Option("--take", help="What of that run: its population, or its best.")
+    ] = Take.POPULATION,
     record: Record = RecordChoice.ALL,
     as_json: AsJson = False,
 ) -> None:
@@ -44,10 +51,12 @@ def evolve(
     Ctrl-C stops after the current generation, Ctrl-C twice at once; `sceann resume` continues either.
 
     Example: sceann evolve configs/quickstart.yaml --out runs/first --seed 7
+
+    Example: sceann evolve my_robot.yaml --from runs/first --take population
     """
     settings = load_config(config, overrides_of(overrides, seed))
     directory = out or Path("runs") / f"{config.stem}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
-    with Experiment.create(settings, directory) as experiment:
+    with Experiment.create(settings, directory, Ancestor(ancestor, take) if ancestor else None) as experiment:
         _run(experiment, record, as_json)
 
 

@@ -89,7 +89,7 @@ def flash_board(
     if genome_only:
         _tell(console, flash_genome(image, port or the_only_port(), baud))
         return
-    plan = plan_flash(image, kind, port)
+    plan = plan_flash(image, kind, port, baud)
     if build_only:
         console.print(f"firmware  {plan.image}")
     elif dry_run:
@@ -99,7 +99,7 @@ def flash_board(
         )
     else:
         port = port or the_only_port()
-        _tell(console, flash(image, plan_flash(image, kind, port), port, baud))
+        _tell(console, flash(image, plan_flash(image, kind, port, baud), port, baud))
 
 
 def _tell(console: Console, on_robot: OnRobot) -> None:
@@ -166,7 +166,7 @@ def _line(board: Board, port: str | None, baud: int) -> AbstractContextManager[L
     if port is not None:
         return SerialLine(port, baud)
     try:
-        from backends.emulation.lines import emulated_line  # noqa: PLC0415 - only this needs the emulators
+        from backends.emulation.lines import emulated_line
     except ImportError as error:
         raise FirmwareBuildFailed(f"emulation: {error}", "Install sceann-hil with its backends.") from None
     return emulated_line(board)

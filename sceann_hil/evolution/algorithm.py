@@ -44,6 +44,18 @@ class Algorithm(ABC, Generic[StateT]):
     def start(self, rng: np.random.Generator) -> StateT:
         """The first generation."""
 
+    @abstractmethod
+    def adopt(self, genomes: Bits, rng: np.random.Generator) -> StateT:
+        """A first generation of given genomes, such as those of another run.
+
+        Args:
+            genomes: bits, shape ``(n, L)``; taken in turn until the population is full, the rest is left out.
+            rng: for whatever else an individual has.
+
+        Raises:
+            ValueError: another L.
+        """
+
     def ask(self, state: StateT) -> Bits:
         """The genomes to evaluate, shape ``(population, L)``."""
         return state.genomes

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from sceann_hil.coding import Bits
 from sceann_hil.evolution.algorithm import Algorithm, StateT
 from sceann_hil.plugins import AlgorithmConfig
 
@@ -102,6 +103,17 @@ class GenerationalAlgorithm(Algorithm[StateT]):
                 f"for individual {worst}; attempt a failed trial again instead of grading it"
             )
         return checked
+
+    def _filled(self, genomes: Bits) -> Bits:
+        """The genomes in turn until there are ``population`` of them, shape ``(population, L)``.
+
+        Raises:
+            ValueError: there are none, or of another length.
+        """
+        if genomes.ndim != 2 or len(genomes) < 1 or genomes.shape[1] != self.genome_length:
+            raise ValueError(f"genomes: expected shape (n, {self.genome_length}), got {genomes.shape}")
+        filled = np.asarray(genomes, np.uint8)[np.arange(self.population) % len(genomes)]
+        return np.ascontiguousarray(filled)
 
     def _check_genomes(self, shape: tuple[int, ...]) -> None:
         """Refuse a state of another size, which compiled code would not notice."""

@@ -96,6 +96,18 @@ class OGA(GenerationalAlgorithm[OGAState]):
             np.stack([self._initial_operons(rng) for _ in range(self.population)]),
         )
 
+    def adopt(self, genomes: Bits, rng: np.random.Generator) -> OGAState:
+        """Each bit as the one value of its locus, and operons of the options."""
+        filled = self._filled(genomes)
+        values = np.zeros((*filled.shape, self.options.cap), dtype=np.uint8)
+        values[:, :, 0] = filled
+        return self._state(
+            np.full(self.population, -1, dtype=np.int32),
+            values,
+            np.ones(filled.shape, dtype=np.uint8),
+            np.stack([self._initial_operons(rng) for _ in range(self.population)]),
+        )
+
     def _initial_operons(self, rng: np.random.Generator) -> NDArray[np.int16]:
         loci = np.arange(self.genome_length, dtype=np.int16)
         match self.options.initial_operons:

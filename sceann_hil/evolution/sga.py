@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from sceann_hil.coding import Bits
 from sceann_hil.evolution.algorithm import State
 from sceann_hil.evolution.dumping import Header, Reader, checked_parents, pack_bits, read_only
 from sceann_hil.evolution.generational import GenerationalAlgorithm, GenerationalConfig
@@ -37,6 +38,10 @@ class SGA(GenerationalAlgorithm[State]):
         """Independent fair bits."""
         genomes = rng.integers(0, 2, size=(self.population, self.genome_length), dtype=np.uint8)
         return State(read_only(genomes), read_only(np.full(self.population, -1, dtype=np.int32)))
+
+    def adopt(self, genomes: Bits, rng: np.random.Generator) -> State:
+        """The genomes as they are."""
+        return State(read_only(self._filled(genomes)), read_only(np.full(self.population, -1, dtype=np.int32)))
 
     def tell(self, state: State, fitness: NDArray[np.float64], rng: np.random.Generator) -> State:
         """The elites first and unmutated, then the children."""

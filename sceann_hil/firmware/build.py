@@ -7,7 +7,6 @@ the same firmware costs nothing and a changed file is never missed.
 from __future__ import annotations
 
 import hashlib
-import os
 import shutil
 import subprocess
 import tempfile
@@ -145,7 +144,7 @@ def compile_c(
         *(f"-I{folder}" for folder in include),
     ]
     digest = hashlib.sha256()
-    digest.update(repr((program, os.stat(program).st_mtime_ns, command, toolchain.link_flags)).encode())
+    digest.update(repr((program, Path(program).stat().st_mtime_ns, command, toolchain.link_flags)).encode())
     for path in (*sources, *headers):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
     cache = Path(platformdirs.user_cache_dir("sceann-hil")) / "firmware"

@@ -21,7 +21,7 @@ from typing import Any, Protocol
 import cantools
 import numpy as np
 from cantools.database.can import Database
-from cobs import cobs
+from cobs import cobs  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
 from sceann_hil.controller import ARITHMETIC_ID, ONE
@@ -163,7 +163,7 @@ def database() -> Database:
 def encode_frame(identifier: int, data: bytes) -> bytes:
     """``COBS(id data crc16) 00``."""
     raw = struct.pack("<H", identifier) + data
-    return cobs.encode(raw + struct.pack(">H", binascii.crc_hqx(raw, 0xFFFF))) + b"\0"
+    return bytes(cobs.encode(raw + struct.pack(">H", binascii.crc_hqx(raw, 0xFFFF)))) + b"\0"
 
 
 def decode_frame(frame: bytes) -> tuple[int, bytes] | None:

@@ -7,13 +7,14 @@ second writer away.
 from sceann_hil.journal.lock import LOCK_NAME, RunLock
 from sceann_hil.journal.reader import AttemptRow, GenerationRow, IndividualRow, JournalReader, RunRow, trial_arrays
 from sceann_hil.journal.schema import JOURNAL_NAME, SCHEMA_VERSION
-from sceann_hil.journal.writer import Journal, Slots
+from sceann_hil.journal.writer import FirstGeneration, Journal, Slots
 
 __all__ = [
     "JOURNAL_NAME",
     "LOCK_NAME",
     "SCHEMA_VERSION",
     "AttemptRow",
+    "FirstGeneration",
     "GenerationRow",
     "IndividualRow",
     "Journal",

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from sceann_hil.coding import Bits, genome_to_hex
 from sceann_hil.errors import RunExists
+from sceann_hil.journal.measured import pack_measured
 from sceann_hil.journal.reader import JournalReader, open_database
 from sceann_hil.journal.schema import APPLICATION_ID, JOURNAL_NAME, SCHEMA, SCHEMA_VERSION, UNBORN_NAME
 from sceann_hil.robot import EndReason, Results
@@ -41,6 +42,16 @@ class Slots:
     def take(self, which: slice | NDArray[np.intp]) -> Slots:
         """Some of them, in the order asked for."""
         return Slots(self.individual[which], self.trial[which], self.attempt[which])
+
+
+@dataclass(frozen=True, slots=True)
+class FirstGeneration:
+    """Generation 0 of a run that goes on from another one's population; as in `Journal.begin_generation`."""
+
+    state: bytes
+    genomes: Bits
+    parents: Sequence[int | None]
+    structures: Sequence[str | None]
 
 
 class Journal:
@@ -71,8 +82,18 @@ class Journal:
         config: str,
         versions: dict[str, str],
         parent_run: str | None = None,
+        first: FirstGeneration | None = None,
     ) -> Self:
         """Start the journal of a new run.
+
+        Args:
+            directory: where; it exists.
+            name: of the experiment.
+            root_seed: of the seed tree.
+            config: YAML with every default spelled out.
+            versions: of what it runs on.
+            parent_run: directory of the run whose population this one starts from.
+            first: generation 0, if it comes from there.
 
         Raises:
             RunExists: there is a journal already.
@@ -91,6 +112,8 @@ class Journal:
             "INSERT INTO run VALUES (1, ?, ?, ?, ?, ?, ?)",
             (name, _now(), root_seed, config, json.dumps(versions), parent_run),
         )
+        if first is not None:
+            _insert_generation(db, 0, first.state, first.genomes, first.parents, first.structures)
         db.execute("COMMIT")
         db.close()
         making.rename(path)
@@ -119,16 +142,7 @@ class Journal:
             structures: what the algorithm keeps of each besides the bits.
         """
         with self._transaction():
-            self._db.execute(
-                "INSERT INTO generation (number, algorithm_state, started_at) VALUES (?, ?, ?)", (number, state, _now())
-            )
-            self._db.executemany(
-                "INSERT INTO individual (generation, number, genome, parent, structure) VALUES (?, ?, ?, ?, ?)",
-                [
-                    (number, i, genome_to_hex(genome), parent, structure)
-                    for i, (genome, parent, structure) in enumerate(zip(genomes, parents, structures, strict=True))
-                ],
-            )
+            _insert_generation(self._db, number, state, genomes, parents, structures)
 
     def intend(
         self, generation: int, slots: Slots, starts: NDArray[np.float64], keys: NDArray[np.uint64]
@@ -173,6 +187,8 @@ class Journal:
             ids: from `intend`.
             results: what happened, in the same order.
             fitness: of each trial, shape ``(n,)``; ignored where the end was void.
+
+        Traces in the results are kept too: a robot that delivers them with `run` cannot be asked for them later.
         """
         now = _now()
         reasons = [EndReason(r) for r in results.end_reasons.tolist()]
@@ -194,6 +210,14 @@ class Journal:
                     )
                 ],
             )
+            if results.traces is not None:
+                self._db.executemany(
+                    "INSERT INTO trace (attempt, format, data) VALUES (?, ?, ?)",
+                    [
+                        (identity, *pack_measured(trace))
+                        for identity, trace in zip(ids.tolist(), results.traces, strict=True)
+                    ],
+                )
 
     def finish_generation(self, number: int, fitness: NDArray[np.float64], wall_s: float, success_rate: float) -> None:
         """All trials of a generation are counted; `fitness` has shape ``(population,)``."""
@@ -223,6 +247,24 @@ class Journal:
 
     def _transaction(self) -> _Transaction:
         return _Transaction(self._db)
+
+
+def _insert_generation(
+    db: sqlite3.Connection,
+    number: int,
+    state: bytes,
+    genomes: Bits,
+    parents: Sequence[int | None],
+    structures: Sequence[str | None],
+) -> None:
+    db.execute("INSERT INTO generation (number, algorithm_state, started_at) VALUES (?, ?, ?)", (number, state, _now()))
+    db.executemany(
+        "INSERT INTO individual (generation, number, genome, parent, structure) VALUES (?, ?, ?, ?, ?)",
+        [
+            (number, i, genome_to_hex(genome), parent, structure)
+            for i, (genome, parent, structure) in enumerate(zip(genomes, parents, structures, strict=True))
+        ],
+    )
 
 
 class _Transaction:

@@ -1,4 +1,4 @@
-"""Random networks over codings, sizes and readings of the neuron, and the reference's states for all of them at once."""
+"""Random networks over codings, sizes and readings of the neuron, and the reference's states for all at once."""
 
 from __future__ import annotations
 

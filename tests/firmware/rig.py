@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+
 from backends.emulation.posix import Alarm, BoardRecord, PosixBoard, RecordKind
 from sceann_hil.coding import Coding, NetworkSize
 from sceann_hil.firmware.client import Message, Mode, Op, RobotClient, Telemetry

@@ -1,4 +1,4 @@
-"""The folder as an Arduino library, the example sketch on the Arduino core, and a real avrdude against a real boot loader."""
+"""The folder as an Arduino library, its sketch on the Arduino core, a real avrdude against a real boot loader."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from backends.emulation.simavr import EXTERNAL_RESET, HZ, AvrChip
 from backends.emulation.terminal import ChipTerminal
 from sceann_hil.coding import Coding, NetworkSize
@@ -17,7 +18,6 @@ from sceann_hil.firmware.build import AVR, FIRMWARE, Board, find_tool
 from sceann_hil.firmware.client import RobotClient
 from sceann_hil.firmware.flash import flash, flash_genome, plan_flash, upload_firmware, upload_genome
 from sceann_hil.firmware.image import ControllerImage
-
 from tests.firmware.rig import an_image
 
 ARDUINO = Path("/usr/share/arduino/hardware/arduino/avr")

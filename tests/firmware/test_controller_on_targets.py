@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from backends.emulation.qemu import qemu_command
 from backends.emulation.simavr import AvrChip, symbols
 from sceann_hil.controller import sigmoid, state_hash
@@ -24,7 +25,6 @@ from sceann_hil.firmware.build import (
     Toolchain,
     compile_c,
 )
-
 from tests.firmware.networks import MAX_SENSORS, Case, cases
 
 HERE = Path(__file__).parent / "c"

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from backends.emulation.posix import Alarm, RecordKind
 from sceann_hil.controller import ARITHMETIC_ID, state_hash
 from sceann_hil.firmware.client import Mode, NoAnswer, Op, Refused, RobotClient, Status, Telemetry, encode_frame
 from sceann_hil.firmware.image import ControllerImage
-
 from tests.firmware.rig import REASON, SENSORS, STATE, TICK_S, Rig, an_image
 
 

@@ -6,13 +6,13 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+
 from backends.emulation.measure import section_sizes
 from backends.emulation.simavr import HZ, UnoBoard
 from sceann_hil.controller import state_hash
 from sceann_hil.firmware.build import AVR, Board, build_board
 from sceann_hil.firmware.client import Message, Mode, Op, Refused, RobotClient, Status, Telemetry
 from sceann_hil.firmware.image import ControllerImage
-
 from tests.firmware.rig import REASON, an_image
 
 BAUD = ("-DBAUD=500000UL",)

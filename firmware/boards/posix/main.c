@@ -142,7 +142,7 @@ int main(int argc, char **argv)
     static sceann_port port = { .name = "posix",
                                 .node = 1,
                                 .capabilities = SCEANN_HAS_HIL | SCEANN_HAS_WATCHDOG,
-                                .tick_min = 5,
+                                .tick_min = 1,
                                 .tick_max = 2500,
                                 .clock_us = clock_us,
                                 .receive = line_receive,

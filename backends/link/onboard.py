@@ -1,0 +1,29 @@
+"""Mode ONBOARD: the robot's own sensors, motors and controller; the host watches and ends the task."""
+
+from __future__ import annotations
+
+from backends.link.messages import Mode, Op, Telemetry
+from backends.link.session import RobotLink
+from backends.link.trial import Follower, Order, Watch, begin, check, wait_for_end
+
+
+def run_onboard(link: RobotLink, order: Order, watch: Watch | None) -> Follower:
+    """Run one trial to its end.
+
+    Returns:
+        What came; its `end` is set.
+
+    Raises:
+        LinkError: how it ended is not known.
+    """
+    follower = Follower(order, watch)
+    with link.exclusive(order.trial_id), link.listening(follower.take):
+        begin(link, order, Mode.ONBOARD, Telemetry.SENSE | Telemetry.DRIVE)
+        while follower.end is None and not follower.at_rest:
+            link.receive(0.02)
+            check(link, follower)
+            if follower.task_end is not None:
+                link.request(Op.STOP)
+                break
+        follower.end = wait_for_end(link, follower)
+    return follower

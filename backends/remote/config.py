@@ -1,0 +1,179 @@
+"""The ``robot`` section of type ``remote``."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated, Any, Literal, Self
+
+from can import Bus, BusABC
+from pydantic import Field, SerializeAsAny, ValidationError, field_validator, model_validator
+
+import backends.link.serial_bus as serial_bus
+from backends.link.messages import MAX_MOTORS, MAX_SENSORS, Mode
+from backends.remote.ends import SensorEnd, SensorWatch, TaskEnd
+from backends.remote.robot import RemoteRobot, RemoteSettings
+from backends.simulation.engine import SimulatedRobot
+from sceann_hil import registry
+from sceann_hil.errors import PluginError
+from sceann_hil.plugins import Misfit, RobotConfig, Section
+from sceann_hil.registry import Group
+from sceann_hil.robot import EndReason, RobotSpec
+
+Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
+
+
+class CanChannel(Section):
+    """A CAN bus, as python-can names it."""
+
+    interface: str
+    """python-can's interface: socketcan, slcan, udp_multicast, pcan, ..."""
+    channel: str
+    """The interface's channel: can0, a port, an address."""
+    bitrate: Annotated[int, Field(gt=0)] = 500_000
+    """Bits per second."""
+    options: dict[str, str | int | float | bool] = Field(default_factory=dict)
+    """Whatever else this interface wants."""
+
+
+class RemoteConfig(RobotConfig):
+    """A robot with our firmware on a serial port or a CAN bus."""
+
+    type: Literal["remote"] = "remote"
+    port: str | None = None
+    """Serial port, by a path that stays the same (/dev/serial/by-id/...), or a pyserial URL (socket://host:port)."""
+    baud: Annotated[int, Field(gt=0)] = 115_200
+    """Speed of the serial port."""
+    can: CanChannel | None = None
+    """A CAN bus instead of a serial port."""
+    node: Annotated[int, Field(ge=1, le=127)] = 1
+    """The robot's number."""
+    mode: Literal["onboard", "tethered", "hil"] = "onboard"
+    """onboard: controller on the robot; tethered: controller here; hil: controller on the robot, body simulated."""
+    body: SerializeAsAny[RobotConfig] | None = None
+    """Mode hil: the simulated robot whose body the host computes. This robot has its sensors, motors and tick."""
+    n_sensors: Annotated[int, Field(ge=1, le=MAX_SENSORS)] | None = None
+    """Sensors of the robot (not in mode hil)."""
+    n_motors: Annotated[int, Field(ge=1, le=MAX_MOTORS)] | None = None
+    """Motors of the robot (not in mode hil)."""
+    tick_s: Annotated[float, Field(ge=0.0001, le=6.5)] | None = None
+    """Control step, seconds (not in mode hil)."""
+    start_fields: tuple[Name, ...] | None = None
+    """Names of a trial's start values, which the task must have too (not in mode hil)."""
+    ends: tuple[SensorEnd, ...] = ()
+    """Task ends that the sensors tell (not in mode hil)."""
+    bumper: TaskEnd = "out_of_bounds"
+    """What a hit bumper means."""
+    attended: bool | None = None
+    """Somebody stands beside it and puts it back; default: yes, unless mode is hil or there is a rig."""
+    rig: Annotated[str, Field(pattern=r"^[^:]+:\d+$")] | None = None
+    """host:port of a machine that puts the robot back between trials."""
+    battery_range_v: tuple[float, float] | None = None
+    """Volts of an empty and a full battery."""
+    reconnect_s: Annotated[float, Field(gt=0.0, le=3600.0)] = 10.0
+    """How long to look for a robot that does not answer before the run pauses."""
+
+    @field_validator("body", mode="before")
+    @classmethod
+    def _load_body(cls, value: Any) -> Any:
+        if not isinstance(value, dict):
+            return value
+        try:
+            model = registry.load(Group.ROBOTS, str(value.get("type")))
+            return model.model_validate_json(json.dumps(value))
+        except PluginError as error:
+            raise ValueError(f"body.type: {error.message}") from error
+        except ValidationError as error:
+            first = error.errors()[0]
+            raise ValueError(f"body.{'.'.join(map(str, first['loc']))}: {first['msg']}") from error
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Self:
+        if (self.port is None) == (self.can is None):
+            raise Misfit("port: expected either port (serial) or can", "port", "can")
+        own = {name: getattr(self, name) for name in ("n_sensors", "n_motors", "tick_s", "start_fields")}
+        if self.mode == "hil":
+            if self.body is None:
+                raise Misfit("body: expected a simulated robot, because mode is hil", "body")
+            if not isinstance(self.body.build(), SimulatedRobot):
+                raise Misfit(f"body: expected a simulated robot, got {self.body.type}", "body")
+            spec = self.body.spec
+            if spec.n_sensors > MAX_SENSORS or spec.n_motors > MAX_MOTORS:
+                raise Misfit(
+                    f"body: the link carries {MAX_SENSORS} sensors and {MAX_MOTORS} motors, got "
+                    f"{spec.n_sensors} and {spec.n_motors}",
+                    "body",
+                )
+            given = [name for name, value in own.items() if value is not None]
+            if given or self.ends:
+                raise Misfit(f"{(given or ['ends'])[0]}: expected nothing here in mode hil, the body has it", *given)
+        else:
+            if self.body is not None:
+                raise Misfit(f"body: expected mode hil with a simulated body, got {self.mode}", "mode", "body")
+            for name, value in own.items():
+                if value is None:
+                    raise Misfit(f"{name}: expected a value in mode {self.mode}", name)
+            for end in self.ends:
+                if end.sensor is not None and end.sensor >= (self.n_sensors or 0):
+                    raise Misfit(f"ends: expected a sensor 0..{(self.n_sensors or 0) - 1}, got {end.sensor}", "ends")
+        if self.battery_range_v is not None and self.battery_range_v[0] >= self.battery_range_v[1]:
+            raise Misfit("battery_range_v: expected [empty, full]", "battery_range_v")
+        return self
+
+    @property
+    def spec(self) -> RobotSpec:
+        attended = self.attended if self.attended is not None else self.mode != "hil" and self.rig is None
+        name = f"remote ({self.mode})"
+        if self.body is not None:
+            body = self.body.spec
+            return RobotSpec(
+                name=name,
+                n_sensors=body.n_sensors,
+                n_motors=body.n_motors,
+                tick_s=body.tick_s,
+                start_fields=body.start_fields,
+                state_fields=body.state_fields,
+                attended=attended,
+                batch_size=1,
+                repeatable=False,
+            )
+        if self.n_sensors is None or self.n_motors is None or self.tick_s is None or self.start_fields is None:
+            raise ValueError(f"expected n_sensors, n_motors, tick_s and start_fields in mode {self.mode}")
+        return RobotSpec(
+            name=name,
+            n_sensors=self.n_sensors,
+            n_motors=self.n_motors,
+            tick_s=self.tick_s,
+            start_fields=self.start_fields,
+            state_fields=(),
+            attended=attended,
+            batch_size=1,
+            repeatable=False,
+        )
+
+    def build(self) -> RemoteRobot:
+        body = self.body.build() if self.body is not None else None
+        return RemoteRobot(
+            self.spec,
+            RemoteSettings(
+                mode=Mode[self.mode.upper()],
+                node=self.node,
+                reconnect_s=self.reconnect_s,
+                bumper=EndReason[self.bumper.upper()],
+                rig_address=self.rig,
+                battery_range_v=self.battery_range_v,
+            ),
+            self.open_bus,
+            body if isinstance(body, SimulatedRobot) else None,
+            SensorWatch(self.ends) if self.ends else None,
+        )
+
+    def open_bus(self) -> BusABC:
+        """The bus that the robot is on.
+
+        Raises:
+            can.CanError, OSError: it cannot be opened.
+        """
+        if self.can is None:
+            return serial_bus.SceannSerialBus(self.port or "", self.baud)
+        options: dict[str, Any] = dict(self.can.options)
+        return Bus(interface=self.can.interface, channel=self.can.channel, bitrate=self.can.bitrate, **options)

@@ -1,0 +1,180 @@
+"""A simulated body moved one tick at a time, by motor values that come from elsewhere.
+
+The bits are those of the lane engine: a trial whose motor values come from the same network ends in the same state
+after the same steps. That is what hardware-in-the-loop trials and virtual robots are built on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from types import FunctionType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from backends.simulation.engine import SimulatedRobot
+from backends.simulation.gap import GAP_FIXED, MAX_LATENCY_STEPS, apply_motor_gap, apply_sensor_gap
+from backends.simulation.lanes import RUNNING, WORK_ROWS, Advance, Sense, fill_normals
+from backends.simulation.neurons import LANES
+from sceann_hil.compiled import compiled
+from sceann_hil.controller import ONE
+from sceann_hil.robot import EndReason
+
+_F = np.float32
+Float32Array = NDArray[np.float32]
+
+sense: Any = None
+advance: Any = None
+_bound: dict[tuple[Sense, Advance], tuple[Callable[..., None], Callable[..., None]]] = {}
+
+
+def _read_sensors(
+    state: Float32Array,
+    sensors: Float32Array,
+    work: Float32Array,
+    parameters: Float32Array,
+    lane_gap: Float32Array,
+    key_low: NDArray[np.uint32],
+    key_high: NDArray[np.uint32],
+    step: NDArray[np.int32],
+    wire: NDArray[np.uint16],
+) -> None:
+    sense(state, sensors, work, parameters)
+    if lane_gap.shape[0] > 0:
+        apply_sensor_gap(sensors, lane_gap, key_low, key_high, step)
+    for j in range(sensors.shape[0]):
+        clipped = min(max(sensors[j, 0], _F(0.0)), _F(1.0))
+        wire[j] = np.uint16(np.int32(clipped * _F(1023.0) + _F(0.5)))
+
+
+def _move(
+    state: Float32Array,
+    motors: Float32Array,
+    noise: Float32Array,
+    ended: NDArray[np.int32],
+    work: Float32Array,
+    parameters: Float32Array,
+    lane_gap: Float32Array,
+    delayed: Float32Array,
+    n_sensors: int,
+    key_low: NDArray[np.uint32],
+    key_high: NDArray[np.uint32],
+    step: NDArray[np.int32],
+) -> None:
+    if lane_gap.shape[0] > 0:
+        apply_motor_gap(motors, delayed, lane_gap, n_sensors)
+    for k in range(0, noise.shape[0], 2):
+        fill_normals(noise, k, key_low, key_high, step)
+    advance(state, motors, noise, ended, work, parameters)
+    for lane in range(LANES):
+        step[lane] += np.int32(1)
+
+
+class StepwiseBody:
+    """One body of a simulated robot.
+
+    Attributes:
+        robot: whose body it is.
+        state: body state now, float32, shape ``(n_state,)`` (a view).
+        steps: ticks since `reset`.
+    """
+
+    def __init__(self, robot: SimulatedRobot) -> None:
+        self.robot = robot
+        spec = robot.spec
+        body = (type(robot).sense, type(robot).advance)
+        if body not in _bound:
+            _bound[body] = (
+                _bind("read_sensors", _read_sensors, *body, spec.name),
+                _bind("move", _move, *body, spec.name),
+            )
+        self._read_sensors, self._move = _bound[body]
+        n_noise = robot.n_noise + robot.n_noise % 2
+        self._parameters = robot.parameters
+        self._state = np.zeros((len(spec.state_fields), LANES), np.float32)
+        self._sensors = np.zeros((spec.n_sensors, LANES), np.float32)
+        self._motors = np.zeros((spec.n_motors, LANES), np.float32)
+        self._noise = np.zeros((n_noise, LANES), np.float32)
+        self._work = np.zeros((WORK_ROWS, LANES), np.float32)
+        self._wire = np.zeros(spec.n_sensors, np.uint16)
+        self._ended = np.full(LANES, RUNNING, np.int32)
+        self._step = np.zeros(LANES, np.int32)
+        self._delayed = np.zeros((MAX_LATENCY_STEPS + 1, spec.n_motors, LANES), np.float32)
+        self.reset(np.zeros(len(spec.start_fields)), np.uint64(0))
+
+    def reset(self, start: NDArray[np.float64], key: np.uint64) -> None:
+        """Put the body where a trial starts.
+
+        Args:
+            start: values in the order of the robot's start fields.
+            key: noise key; the gap is drawn from it.
+        """
+        spec = self.robot.spec
+        self._state[:] = np.asarray(start, np.float64).astype(np.float32)[:, None]
+        gap = self.robot.gap.draw(np.array([key], np.uint64), spec.n_sensors, spec.n_motors, self.robot.neutral_motor)
+        self._lane_gap = np.repeat(gap.T, LANES, axis=1) if len(gap) else np.zeros((0, LANES), np.float32)
+        self._lane_gap = np.ascontiguousarray(self._lane_gap)
+        if len(gap):
+            self._delayed[:] = self._lane_gap[GAP_FIXED - 1, 0]
+        self._key_low = np.full(LANES, int(key) & 0xFFFFFFFF, np.uint32)
+        self._key_high = np.full(LANES, int(key) >> 32, np.uint32)
+        self._step[:] = 0
+
+    def prepare(self) -> None:
+        """Load or make the machine code, so that no tick of a trial waits for it; the body is where it was made."""
+        self.sense()
+        self.move([0] * self.robot.spec.n_motors)
+        self.reset(np.zeros(len(self.robot.spec.start_fields)), np.uint64(0))
+
+    @property
+    def state(self) -> NDArray[np.float32]:
+        return self._state[:, 0]
+
+    @property
+    def steps(self) -> int:
+        return int(self._step[0])
+
+    def sense(self) -> NDArray[np.uint16]:
+        """Wire values 0..1023 that the sensors read now, uint16, shape ``(n_sensors,)`` (valid until the next call)."""
+        self._read_sensors(
+            self._state,
+            self._sensors,
+            self._work,
+            self._parameters,
+            self._lane_gap,
+            self._key_low,
+            self._key_high,
+            self._step,
+            self._wire,
+        )
+        return self._wire
+
+    def move(self, motors: Sequence[int]) -> EndReason | None:
+        """One tick with these motor values in Q10, after `sense`; why the trial ended, or None if it goes on."""
+        for m, value in enumerate(motors):
+            self._motors[m] = _F(value) * _F(1.0 / ONE)
+        self._move(
+            self._state,
+            self._motors,
+            self._noise,
+            self._ended,
+            self._work,
+            self._parameters,
+            self._lane_gap,
+            self._delayed,
+            self.robot.spec.n_sensors,
+            self._key_low,
+            self._key_high,
+            self._step,
+        )
+        return None if self._ended[0] == RUNNING else EndReason(int(self._ended[0]))
+
+
+def _bind(name: str, function: Callable[..., None], sense: Sense, advance: Advance, body: str) -> Callable[..., None]:
+    """One of the two functions for one body, as `backends.simulation.lanes.bind` does it."""
+    code = getattr(function, "__code__")  # noqa: B009 - typed Callable has no __code__
+    scope: dict[str, Any] = {**globals(), "sense": sense, "advance": advance}
+    bound = FunctionType(code, scope, f"{name}_{body}")
+    bound.__qualname__ = f"{name}_{body}"
+    return compiled(bound)

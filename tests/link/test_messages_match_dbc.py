@@ -1,0 +1,189 @@
+"""Every message of ``firmware/sceann.dbc``, packed or unpacked by `backends.link.messages` and by cantools."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import cantools
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from backends.link import messages as m
+from backends.link.descriptor import Capability, Descriptor
+
+DBC: Any = cantools.database.load_file(Path(__file__).parents[2] / "firmware" / "sceann.dbc")
+
+u8, u16, u32 = st.integers(0, 255), st.integers(0, 65535), st.integers(0, 2**32 - 1)
+sensor, motor = st.integers(0, 1023), st.integers(0, 1024)
+
+
+def encoded(name: str, signals: dict[str, int], length: int | None = None) -> bytes:
+    return bytes(DBC.get_message_by_name(name).encode(signals, scaling=False, strict=False))[:length]
+
+
+def test_every_function_is_a_message_of_the_dbc_with_this_identifier() -> None:
+    ours = {m.identifier(function, 1) for function in m.Function}
+    assert ours == {message.frame_id for message in DBC.messages}
+
+
+@pytest.mark.parametrize(
+    ("message", "signal", "ours"),
+    [
+        ("Command", "Op", m.Op),
+        ("Reply", "Op", m.Op),
+        ("Reply", "Status", m.Status),
+        ("Reply", "State", m.State),
+        ("Heartbeat", "State", m.State),
+        ("Event", "State", m.State),
+        ("Event", "Code", m.EventCode),
+        ("Command", "Mode", m.Mode),
+        ("End", "Reason", m.LinkEnd),
+        ("Reply", "LastReason", m.LinkEnd),
+    ],
+)
+def test_the_numbers_of_an_enumeration_are_the_dbcs(message: str, signal: str, ours: Any) -> None:
+    choices = DBC.get_message_by_name(message).get_signal_by_name(signal).choices
+    assert {int(member) for member in ours} == set(choices)
+
+
+@pytest.mark.parametrize(("name", "page"), [("SenseIn", 0), ("Sense", 0), ("SenseInPage2", 1), ("SensePage2", 1)])
+@given(values=st.lists(sensor, min_size=6, max_size=6), tick=u16)
+def test_sensor_pages(name: str, page: int, values: list[int], tick: int) -> None:
+    signals = {f"Sensor{6 * page + k}": value for k, value in enumerate(values)}
+    data = encoded(name, {**signals, "Tick": tick % 16})
+    assert m.pack_sensors(values, tick) == data
+    assert m.unpack_sensors(data) == (tick % 16, tuple(values))
+
+
+@given(values=st.lists(sensor, min_size=1, max_size=5), tick=u16)
+def test_absent_sensors_are_zero(values: list[int], tick: int) -> None:
+    signals = {f"Sensor{k}": value for k, value in enumerate([*values, *[0] * (6 - len(values))])}
+    assert m.pack_sensors(values, tick) == encoded("SenseIn", {**signals, "Tick": tick % 16})
+
+
+@pytest.mark.parametrize("name", ["Drive", "DriveIn"])
+@given(motors=st.lists(motor, min_size=1, max_size=3), tick=u16, state_hash=u16)
+def test_drives(name: str, motors: list[int], tick: int, state_hash: int) -> None:
+    signals = {f"Motor{k}": motors[k] if k < len(motors) else 0 for k in range(3)}
+    data = encoded(name, {**signals, "Tick": tick % 256, "Hash": state_hash % 256}, 2 + 2 * len(motors))
+    assert m.pack_drive(tick, state_hash, motors) == data
+    assert m.unpack_drive(data) == (tick % 256, state_hash % 256, tuple(motors))
+
+
+@given(first=st.integers(0, 21), tick=u8, states=st.tuples(*[st.integers(-8192, 8192)] * 3))
+def test_neuron_states(first: int, tick: int, states: tuple[int, int, int]) -> None:
+    data = encoded("NeuronStates", {"First": first, "Tick": tick, "U0": states[0], "U1": states[1], "U2": states[2]})
+    assert m.unpack_states(data) == (first, tick, states)
+
+
+@given(code=u8, state=u8, tick=u16, argument=u16, trial_id=u16)
+def test_events(code: int, state: int, tick: int, argument: int, trial_id: int) -> None:
+    data = encoded("Event", {"Code": code, "State": state, "Tick": tick, "Argument": argument, "TrialId": trial_id})
+    assert m.Event.unpack(data) == m.Event(code, state, tick, argument, trial_id)
+
+
+@given(trial_id=u16, reason=st.sampled_from(m.LinkEnd), ticks=u16, state_hash=u16)
+def test_ends(trial_id: int, reason: m.LinkEnd, ticks: int, state_hash: int) -> None:
+    data = encoded("End", {"TrialId": trial_id, "Reason": reason, "Ticks": ticks, "StateHash": state_hash})
+    assert m.End.unpack(data) == m.End(trial_id, reason, ticks, state_hash)
+
+
+@given(state=u8, uptime=u32, battery=u16, errors=u8)
+def test_heartbeats(state: int, uptime: int, battery: int, errors: int) -> None:
+    data = encoded("Heartbeat", {"State": state, "Uptime": uptime, "Battery": battery, "ReceiveErrors": errors})
+    assert m.Heartbeat.unpack(data) == m.Heartbeat(state, uptime, battery, errors)
+
+
+@given(trial_id=u16, session=st.integers(1, 65535))
+def test_host_heartbeats(trial_id: int, session: int) -> None:
+    signals = {"HostState": int(trial_id != 0), "TrialId": trial_id, "Session": session}
+    assert m.host_heartbeat(trial_id, session) == encoded("HostHeartbeat", signals)
+
+
+@given(index=st.integers(0, 18), chunk=st.binary(min_size=1, max_size=7))
+def test_genome_chunks(index: int, chunk: bytes) -> None:
+    signals = {f"Byte{k}": byte for k, byte in enumerate(chunk.ljust(7, b"\0"))}
+    assert m.pack_chunk(index, chunk) == encoded("Genome", {"Chunk": index, **signals})
+
+
+def command(op: m.Op, **arguments: int) -> bytes:
+    return encoded("Command", {"Op": op, "Sequence": 11, **arguments})
+
+
+@given(session=st.integers(1, 65535), arithmetic_id=u32)
+def test_hello(session: int, arithmetic_id: int) -> None:
+    ours = m.pack_command(m.Op.HELLO, 11, m.hello_arguments(session, arithmetic_id))
+    assert ours == command(m.Op.HELLO, LinkVersion=1, Session=session, ArithmeticId=arithmetic_id)
+
+
+@given(
+    numbers=st.tuples(st.integers(1, 3), st.integers(0, 1), st.integers(1, 12), st.integers(0, 21), st.integers(1, 3)),
+    bits=st.integers(1, 1012),
+)
+def test_load(numbers: tuple[int, int, int, int, int], bits: int) -> None:
+    names = ("Coding", "Neuron", "Sensors", "Hidden", "Motors")
+    ours = m.pack_command(m.Op.LOAD, 11, m.load_arguments(*numbers, bits))
+    assert ours == command(m.Op.LOAD, **dict(zip(names, numbers, strict=True)), Bits=bits)
+
+
+@given(crc=u32, initial_output=motor)
+def test_commit(crc: int, initial_output: int) -> None:
+    ours = m.pack_command(m.Op.COMMIT, 11, m.commit_arguments(crc, initial_output))
+    assert ours == command(m.Op.COMMIT, GenomeCrc=crc, InitialOutput=initial_output)
+
+
+@given(
+    trial_id=st.integers(1, 65535),
+    max_ticks=st.integers(1, 65535),
+    period=st.integers(1, 65535),
+    mode=st.sampled_from(m.Mode),
+    telemetry=st.integers(0, 7),
+)
+def test_start(trial_id: int, max_ticks: int, period: int, mode: m.Mode, telemetry: int) -> None:
+    arguments = m.start_arguments(trial_id, max_ticks, period * 1e-4, mode, m.Telemetry(telemetry))
+    assert m.pack_command(m.Op.START, 11, arguments) == command(
+        m.Op.START, TrialId=trial_id, MaxTicks=max_ticks, TickPeriod=period, Mode=mode, Telemetry=telemetry
+    )
+
+
+@given(action=st.integers(0, 2), period=st.integers(0, 65535))
+def test_store(action: int, period: int) -> None:
+    ours = m.pack_command(m.Op.STORE, 11, m.store_arguments(action, period * 1e-4))
+    assert ours == command(m.Op.STORE, StoreAction=action, AutorunTickPeriod=period)
+
+
+@pytest.mark.parametrize("op", [m.Op.ARM, m.Op.STOP, m.Op.CLEAR, m.Op.LAST, m.Op.STORED])
+def test_commands_without_arguments(op: m.Op) -> None:
+    assert m.pack_command(op, 11) == command(op)
+
+
+@given(status=st.sampled_from(m.Status), crc=u32, missing=u8)
+def test_replies(status: m.Status, crc: int, missing: int) -> None:
+    signals = {"Op": m.Op.COMMIT, "Sequence": 7, "Status": status, "Crc": crc, "MissingChunk": missing}
+    reply = m.Reply.unpack(encoded("Reply", signals))
+    assert (reply.op, reply.sequence, reply.status) == (m.Op.COMMIT, 7, status)
+    assert (reply.u32(), reply.missing_chunk) == (crc, missing)
+
+
+def test_descriptor_pages() -> None:
+    pages: list[dict[str, int]] = [
+        {"LinkVersion": 1, "Sensors": 7, "Motors": 2, "ArithmeticId": 0x2557477E},
+        {"FirmwareMajor": 3, "FirmwareMinor": 2, "FirmwarePatch": 1, "Capabilities": 0x4F, "Node": 5, "Pages": 7},
+        {"MaxSensors": 12, "MaxMotors": 3, "MaxSources": 23, "TickPeriodMin": 5, "TickPeriodMax": 1000},
+        {"UniqueIdLow": 0x89ABCDEF, "UniqueIdHigh": 0x123456},
+        {"Name0": int.from_bytes(b"abcd", "little"), "Name4": int.from_bytes(b"efg", "little")},
+        {"Name7": int.from_bytes(b"hijk", "little"), "Name11": int.from_bytes(b"lm", "little")},
+        {"Name14": 0, "Name18": 0},
+    ]
+    raw = {k: encoded("Descriptor", {"Page": k, **signals})[1:] for k, signals in enumerate(pages)}
+    descriptor = Descriptor.from_pages(raw)
+    assert descriptor.name == "abcdefghijklm"
+    assert descriptor.unique_id == 0x12345689ABCDEF
+    assert descriptor.firmware == (3, 2, 1)
+    assert (descriptor.n_sensors, descriptor.n_motors, descriptor.arithmetic_id) == (7, 2, 0x2557477E)
+    assert (descriptor.max_sensors, descriptor.max_motors, descriptor.max_sources) == (12, 3, 23)
+    assert (descriptor.tick_min_s, descriptor.tick_max_s) == pytest.approx((0.0005, 0.1))
+    assert Capability.BUMPER in descriptor.capabilities
+    assert Capability.WATCHDOG not in descriptor.capabilities
