@@ -78,7 +78,7 @@ def _summary(page: Page, claims: Sequence[Claim], studies: Sequence[StudyData]) 
     if claims:
         page.heading("Every claim at a glance")
         page.text(prose.HOW_CLAIMS_ARE_TESTED)
-        counts = ", ".join(f"{sum(c.verdict is verdict for c in claims)} {verdict}" for verdict in Verdict)
+        counts = ", ".join(f"*{verdict}* {sum(c.verdict is verdict for c in claims)}" for verdict in Verdict)
         page.text(f"Of {len(claims)} claims: {counts}.")
         page.table(["", "claim", "verdict"], [[c.number, c.text, verdict_text(c.verdict)] for c in claims])
     page.heading("What the paper leaves open and how it is read here")

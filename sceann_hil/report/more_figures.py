@@ -37,7 +37,7 @@ def draw_landscapes(landscapes: Sequence[Landscape], path: Path) -> None:
                     axes.set_title(f"({config.size.n_sensors},{n_hidden}): $2^{{{config.genome_length}}}$ genomes")
             axes.set_xscale("log")
             axes.set_yscale("log")
-            axes.set_xlim(1.0, 3600.0)
+            axes.set_xlim(10.0, 3600.0)
             axes.set_xlabel("steps balanced")
             axes.axvline(3000, color=DARK, linewidth=0.9, linestyle=":")
         row[0].set_ylabel("part of all genomes\nthat balance so long")
