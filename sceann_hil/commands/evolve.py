@@ -18,7 +18,7 @@ from rich.table import Table
 from sceann_hil.ancestor import Ancestor, Take
 from sceann_hil.commands.arguments import AsJson, ConfigFile, Overrides, RunDirectory, Seed, overrides_of, print_json
 from sceann_hil.commands.progress import show_progress
-from sceann_hil.commands.recording import Record, RecordChoice, recorded
+from sceann_hil.commands.recording import Live, Record, RecordChoice, recorded, watched_live
 from sceann_hil.config import load_config
 from sceann_hil.errors import ExitCode
 from sceann_hil.experiment import Experiment, Outcome, StopRequest
@@ -44,6 +44,7 @@ def evolve(
         Take, typer.Option("--take", help="What of that run: its population, or its best.")
     ] = Take.POPULATION,
     record: Record = RecordChoice.ALL,
+    live: Live = False,
     as_json: AsJson = False,
 ) -> None:
     """Evolve controllers as a configuration says.
@@ -57,25 +58,29 @@ def evolve(
     settings = load_config(config, overrides_of(overrides, seed))
     directory = out or Path("runs") / f"{config.stem}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
     with Experiment.create(settings, directory, Ancestor(ancestor, take) if ancestor else None) as experiment:
-        _run(experiment, record, as_json)
+        _run(experiment, record, live, as_json)
 
 
-def resume(directory: RunDirectory, record: Record = RecordChoice.ALL, as_json: AsJson = False) -> None:
+def resume(
+    directory: RunDirectory, record: Record = RecordChoice.ALL, live: Live = False, as_json: AsJson = False
+) -> None:
     """Go on with a run that was stopped, paused or killed.
 
     Example: sceann resume runs/first
     """
     with Experiment.open(directory) as experiment:
-        _run(experiment, record, as_json)
+        _run(experiment, record, live, as_json)
 
 
-def _run(experiment: Experiment, record: RecordChoice, as_json: bool) -> None:
+def _run(experiment: Experiment, record: RecordChoice, live: bool, as_json: bool) -> None:
     console = Console(stderr=True, highlight=False)
     robot = experiment.config.robot.build()
     with ExitStack() as connected:
         with console.status(f"Getting {robot.spec.name} ready (compiled once, which takes some seconds)..."):
             connected.enter_context(robot)
         connected.enter_context(recorded(console, experiment.directory, record))
+        if live:
+            connected.enter_context(watched_live(robot, experiment.directory))
         started = time.monotonic()
         with (
             _stop_on_interrupt(console) as stop,

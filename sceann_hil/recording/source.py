@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sceann_hil.coding import Weights
 from sceann_hil.config import parse_config
-from sceann_hil.controller import state_hash
+from sceann_hil.controller import Dynamics, state_hash
 from sceann_hil.errors import ReplayDiffers
 from sceann_hil.journal import JOURNAL_NAME, AttemptRow, GenerationRow, JournalReader
 from sceann_hil.journal.reader import trial_arrays
@@ -82,6 +82,16 @@ class RunSource:
         if self._robot.spec.repeatable:
             self._robot.disconnect()
         self._reader.close()
+
+    @property
+    def dynamics(self) -> Dynamics:
+        """What the networks do besides their weights."""
+        return self._dynamics
+
+    def weights_of(self, row: AttemptRow) -> Weights:
+        """The network of one attempt, shape ``(n_neurons, n_sources)``."""
+        individual = self._reader.individuals(row.generation)[row.individual]
+        return self._coding.decode(individual.genome_bits(self._coding.genome_length(self.run.size)), self.run.size)
 
     def finished(self) -> list[int]:
         """Numbers of the generations that are finished by now."""

@@ -313,7 +313,7 @@ class TestCommands:
         [
             ({"TrialId": 0}, Status.BAD_ARGUMENT),
             ({"MaxTicks": 0}, Status.BAD_ARGUMENT),
-            ({"TickPeriod": 4}, Status.BAD_ARGUMENT),
+            ({"TickPeriod": 0}, Status.BAD_ARGUMENT),
             ({"TickPeriod": 2501}, Status.BAD_ARGUMENT),
             ({"Mode": 3}, Status.BAD_ARGUMENT),
         ],
