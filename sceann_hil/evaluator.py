@@ -122,7 +122,7 @@ class _Generation:
     attempts: NDArray[np.int64]
     """Attempts that came to nothing, so the number of the next one."""
     failures: NDArray[np.int64]
-    """Of these, the ones that no operator wanted."""
+    """Of these, the ones in this session that no operator wanted: after earlier ones somebody looked and resumed."""
     pool: Pool | None
 
 
@@ -264,8 +264,6 @@ class Evaluator:
             if row.fitness is not None:
                 now.fitness[place] = row.fitness
                 now.succeeded[place] = self._task.succeeded(_result_of(row))[0]
-            elif row.end_reason is not None and row.end_reason is not EndReason.OPERATOR:
-                now.failures[place] += 1
         open_rows = sorted((row for row in newest.values() if row.end_reason is None), key=lambda row: row.id)
         if not open_rows:
             return

@@ -6,10 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sceann_hil.coding import NetworkSize, Weights
 from sceann_hil.config import ExperimentConfig, parse_config
+from sceann_hil.controller import Controller, Dynamics
 from sceann_hil.errors import NotARun
 from sceann_hil.journal import AttemptRow, JournalReader, trial_arrays
-from sceann_hil.robot import EndReason, Robot, Trials
+from sceann_hil.robot import EndReason, Robot, Trace, Trials
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +54,34 @@ def journalled_trials(reader: JournalReader, config: ExperimentConfig, attempts:
         max_steps=config.task.build().max_steps,
         ids=ids,
     )
+
+
+def measured_trace(
+    reader: JournalReader, attempt: int, weights: Weights, size: NetworkSize, dynamics: Dynamics
+) -> Trace | None:
+    """What happened in a trial that nobody can repeat: journalled sensors, and the neurons computed from them again.
+
+    Args:
+        reader: the run's journal.
+        attempt: its id.
+        weights: of the network that ran, shape ``(n_neurons, n_sources)``.
+        size: of that network.
+        dynamics: of that network.
+
+    Returns:
+        None if the journal has no sensors of this attempt.
+    """
+    measured = reader.measured(attempt)
+    if measured is None:
+        return None
+    sensors, states = measured
+    controller = Controller(weights, size, dynamics)
+    u = np.zeros((len(sensors), size.n_neurons), np.int16)
+    x = np.zeros_like(u)
+    for step, wire in enumerate(sensors):
+        controller.step(wire)
+        u[step], x[step] = controller.u, controller.x
+    return Trace(states, sensors, u, x)
 
 
 def replay(

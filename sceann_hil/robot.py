@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 from types import TracebackType
-from typing import Self
+from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -253,6 +253,19 @@ class GapEstimate:
     residual: float
 
 
+class TrialObserver(Protocol):
+    """Somebody who watches trials while they run. No method waits or raises."""
+
+    def begin(self, trial_id: int) -> None:
+        """A trial starts; its number in the journal."""
+
+    def step(self, step: int, sensors: NDArray[np.uint16], state: NDArray[np.float32]) -> None:
+        """What the controller saw in one step, and the body's state before it (empty where nobody knows it)."""
+
+    def end(self) -> None:
+        """The trial is over."""
+
+
 class Robot(ABC):
     """A body that runs trials. Level 1: what every backend implements."""
 
@@ -343,6 +356,9 @@ class Robot(ABC):
     def health(self) -> Health:
         """State of the robot, without side effects; may be called from another thread while a trial runs."""
         return Health()
+
+    def observe(self, observer: TrialObserver | None) -> None:
+        """Let somebody watch trials while they run. A robot that is faster than any eye tells nothing."""
 
     def diagnose(self, *, may_move: bool) -> Iterator[Finding]:
         """Look at the robot, not connected before, and tell what is found; safe at any time.

@@ -13,11 +13,23 @@ from numpy.typing import ArrayLike, NDArray
 
 from sceann_hil.controller import ONE, Controller, quantise_sensors, state_hash
 from sceann_hil.durations import Durations
-from sceann_hil.robot import EmergencyStop, EndReason, LinkError, Results, Robot, RobotFault, Trace, Trials, TrialVoid
+from sceann_hil.robot import (
+    EmergencyStop,
+    EndReason,
+    LinkError,
+    Results,
+    Robot,
+    RobotFault,
+    Trace,
+    TrialObserver,
+    Trials,
+    TrialVoid,
+)
 
 OVERRUN_LIMIT = 3
 """Ticks in a row that begin a whole period late before a trial is void."""
 
+_UNKNOWN = np.zeros(0, np.float32)
 _VOID: tuple[tuple[type[Exception], EndReason], ...] = (
     (LinkError, EndReason.LINK_LOST),
     (TrialVoid, EndReason.OPERATOR),
@@ -41,6 +53,10 @@ class SteppedRobot(Robot):
 
     def __init__(self) -> None:
         self.lateness = Durations()
+        self._observer: TrialObserver | None = None
+
+    def observe(self, observer: TrialObserver | None) -> None:
+        self._observer = observer
 
     @abstractmethod
     def reset(self, start: dict[str, float], key: int) -> None:
@@ -118,6 +134,8 @@ class SteppedRobot(Robot):
         u = np.zeros((trial.max_steps, trial.size.n_neurons), np.int16)
         x = np.zeros((trial.max_steps, trial.size.n_neurons), np.int16)
         step, end = 0, None
+        if self._observer is not None:
+            self._observer.begin(int(trial.ids[0]))
         try:
             start = dict(zip(self.spec.start_fields, trial.starts[0].tolist(), strict=True))
             self.reset(start, int(trial.keys[0]))
@@ -131,6 +149,8 @@ class SteppedRobot(Robot):
                 motors = controller.step(sensors[step])
                 self.drive(motors.astype(np.float64) / ONE)
                 u[step], x[step] = controller.u, controller.x
+                if self._observer is not None:
+                    self._observer.step(step, sensors[step], _UNKNOWN)
                 step += 1
                 end = self.ended()
             if end is None and self.paced:
@@ -140,6 +160,8 @@ class SteppedRobot(Robot):
             end = next(reason for kind, reason in _VOID if isinstance(error, kind))
         finally:
             self.stop()
+            if self._observer is not None:
+                self._observer.end()
         states = np.zeros((step + 1, 0), np.float32)
         return end or EndReason.TIME_UP, Trace(states, sensors[:step], u[:step], x[:step])
 

@@ -17,8 +17,6 @@ from backends.emulation.sockets import SocketLine
 from sceann_hil.firmware.build import Board, build_board, find_tool
 
 MACHINES = {Board.LM3S6965: "lm3s6965evb", Board.STM32F405: "netduinoplus2"}
-ICOUNT_SHIFT = {Board.LM3S6965: 6, Board.STM32F405: 3}
-"""log2 of the nanoseconds per instruction that come near each chip's clock, for repeatable instruction time."""
 EEPROM_BYTES = 4096
 
 

@@ -21,12 +21,11 @@ from sceann_hil.robot import RobotFault
 
 HZ = 16_000_000
 CPU_DONE, CPU_CRASHED = 6, 7
-POWER_ON, EXTERNAL_RESET, WATCHDOG_RESET = 0x01, 0x02, 0x08
+POWER_ON, EXTERNAL_RESET = 0x01, 0x02
 """Bits of the chip's register MCUSR: why it started."""
 
-SHIM = Toolchain(
-    "gcc", "gcc libc6-dev libsimavr-dev libelf-dev", ("-O2", "-shared", "-fPIC"), ("-lsimavr", "-lelf")
-)
+SHIM = Toolchain("gcc", "gcc libc6-dev libsimavr-dev libelf-dev", ("-O2", "-shared", "-fPIC"), ("-lsimavr", "-lelf"))
+
 
 @cache
 def _library() -> ct.CDLL:
@@ -54,6 +53,7 @@ def _library() -> ct.CDLL:
         ("chip_peek", None, (chip, uint, data, uint)),
         ("chip_poke", None, (chip, uint, data, uint)),
         ("chip_exchange", ct.c_int, (chip, uint, ct.c_uint8, uint, data, uint, uint, data, uint, uint, u64)),
+        ("chip_hang", None, (chip,)),
         ("chip_adc", None, (chip, ct.c_int, u32)),
         ("chip_pin", None, (chip, ct.c_char, ct.c_int, ct.c_int)),
         ("chip_eeprom_size", uint, (chip,)),
@@ -83,18 +83,16 @@ class AvrChip:
     """A simulated chip with its UART 0 as a serial line.
 
     Args:
-        image: an ELF file, or an Intel HEX file.
+        image: an ELF file, or a binary one (``.bin``) that is put at `reset_pc`.
         mcu: simavr's name of the chip.
         reset_pc: where it starts, in bytes (a bootloader's place; 0 for a program).
         reset_flags: why it starts, as in MCUSR.
     """
 
-    def __init__(
-        self, image: Path, mcu: str = "atmega328p", reset_pc: int = 0, reset_flags: int = POWER_ON
-    ) -> None:
+    def __init__(self, image: Path, mcu: str = "atmega328p", reset_pc: int = 0, reset_flags: int = POWER_ON) -> None:
         self._library = _library()
         self._chip = self._library.chip_new(
-            str(image).encode(), image.suffix == ".hex", mcu.encode(), HZ, reset_pc, reset_flags
+            str(image).encode(), image.suffix == ".bin", mcu.encode(), HZ, reset_pc, reset_flags
         )
         if not self._chip:
             raise FirmwareBuildFailed(f"simavr cannot start {mcu} with {image.name}.")
@@ -127,6 +125,10 @@ class AvrChip:
         state = self._library.chip_run(self._chip, until_bytes, cycles)
         if state in (CPU_DONE, CPU_CRASHED):
             raise RobotFault(f"the simulated chip {'crashed' if state == CPU_CRASHED else 'stopped'}")
+
+    def hang(self) -> None:
+        """The program runs in circles from now on, deaf to interrupts: a fault that only the watchdog can end."""
+        self._library.chip_hang(self._chip)
 
     # -- serial line ------------------------------------------------------------------------------------------------
 
@@ -225,9 +227,7 @@ class UnoBoard(AvrChip):
         reset_flags: why it starts.
     """
 
-    def __init__(
-        self, flags: tuple[str, ...] = (), eeprom: bytes | None = None, reset_flags: int = POWER_ON
-    ) -> None:
+    def __init__(self, flags: tuple[str, ...] = (), eeprom: bytes | None = None, reset_flags: int = POWER_ON) -> None:
         super().__init__(build_board(Board.UNO, flags), reset_flags=reset_flags)
         self.eeprom = b"\xff" * 1024 if eeprom is None else eeprom
         for switch in (2, 3):
@@ -249,9 +249,7 @@ class UnoBoard(AvrChip):
     @property
     def motors(self) -> tuple[int, int]:
         """PWM duty of the right and the left motor as the driver sees it, -255..255; (0, 0) is the safe output."""
-        control, duty_a, duty_b, port = (
-            self.peek(register, 1)[0] for register in (_TCCR0A, _OCR0A, _OCR0B, _PORTD)
-        )
+        control, duty_a, duty_b, port = (self.peek(register, 1)[0] for register in (_TCCR0A, _OCR0A, _OCR0B, _PORTD))
         right = duty_b if control & _CONNECTED_B else 0
         left = duty_a if control & _CONNECTED_A else 0
         return (

@@ -8,9 +8,9 @@
 #include <simavr/avr_uart.h>
 #include <simavr/sim_avr.h>
 #include <simavr/sim_elf.h>
-#include <simavr/sim_hex.h>
 #include <simavr/sim_io.h>
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -28,6 +28,7 @@ typedef struct {
     queue to_chip, from_chip;
     int uart_ready;
     uint64_t mark_cycle;               /* when the marker register was last written with a value other than 0 */
+    avr_ioport_external_t external[8]; /* ports A to H: levels from outside */
     uint64_t marked_min, marked_max;   /* cycles from there to the write of 0 */
 } chip;
 
@@ -132,8 +133,8 @@ uint64_t chip_marked_max(const chip *c)
 
 /* ---- life -------------------------------------------------------------------------------------------------------- */
 
-/* `image` is an ELF file, or an Intel HEX file that is put at its own addresses (a bootloader). */
-chip *chip_new(const char *image, int is_hex, const char *mcu, uint32_t hz, uint32_t reset_pc, uint8_t reset_flags)
+/* `image` is an ELF file, or a binary one that is put at reset_pc (a boot loader). */
+chip *chip_new(const char *image, int is_binary, const char *mcu, uint32_t hz, uint32_t reset_pc, uint8_t reset_flags)
 {
     avr_global_logger_set(no_log);
     avr_t *avr = avr_make_mcu_by_name(mcu);
@@ -143,16 +144,14 @@ chip *chip_new(const char *image, int is_hex, const char *mcu, uint32_t hz, uint
         return NULL;
     }
     avr_init(avr);
-    if (is_hex) {
-        uint32_t size = 0, start = 0;
-        uint8_t *bytes = read_ihex_file(image, &size, &start);
-        if (bytes == NULL) {
+    if (is_binary) {
+        FILE *file = fopen(image, "rb");
+        memset(avr->flash, 0xFF, avr->flashend + 1u);
+        if (file == NULL || fread(avr->flash + reset_pc, 1, avr->flashend + 1u - reset_pc, file) == 0u) {
             free(c);
             return NULL;
         }
-        memset(avr->flash, 0xFF, avr->flashend + 1u);
-        memcpy(avr->flash + start, bytes, size);
-        free(bytes);
+        fclose(file);
         avr->frequency = hz;
         avr->codeend = avr->flashend;
     } else {
@@ -271,6 +270,17 @@ int chip_exchange(chip *c, unsigned at_flag, uint8_t command, unsigned at_in, co
     return 0;
 }
 
+/* The program hangs from now on, deaf to interrupts: only the watchdog can help. */
+void chip_hang(chip *c)
+{
+    static const uint8_t loop[] = { 0x00, 0x00, 0xFE, 0xCF };  /* nop, and back to it, in the last words of flash */
+    const uint32_t at = c->avr->flashend + 1u - sizeof loop;
+    memcpy(c->avr->flash + at, loop, sizeof loop);
+    c->avr->pc = at;
+    c->avr->sreg[S_I] = 0;
+    c->avr->state = cpu_Running;       /* it may have been asleep */
+}
+
 void chip_adc(chip *c, int channel, uint32_t millivolts)
 {
     avr_raise_irq(avr_io_getirq(c->avr, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0 + channel), millivolts);
@@ -278,6 +288,13 @@ void chip_adc(chip *c, int channel, uint32_t millivolts)
 
 void chip_pin(chip *c, char port, int pin, int level)
 {
+    /* what is outside wins over the pull-up, also when the program writes the port again */
+    avr_ioport_external_t *external = &c->external[port - 'A'];
+    const unsigned bit = 1u << pin;
+    external->name = (unsigned long)port & 0x7Fu;
+    external->mask = (external->mask | bit) & 0xFFu;
+    external->value = (level ? external->value | bit : external->value & ~bit) & 0xFFu;
+    avr_ioctl(c->avr, AVR_IOCTL_IOPORT_SET_EXTERNAL(port), external);
     avr_raise_irq(avr_io_getirq(c->avr, AVR_IOCTL_IOPORT_GETIRQ(port), IOPORT_IRQ_PIN0 + pin), (uint32_t)level);
 }
 

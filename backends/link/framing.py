@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import binascii
 
-from cobs import cobs
+from cobs import cobs  # type: ignore[import-untyped]
 
 DELIMITER = b"\0"
 LONGEST_FRAME = 14

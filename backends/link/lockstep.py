@@ -19,7 +19,7 @@ from backends.link.messages import (
 )
 from backends.link.session import RobotLink
 from backends.link.trial import Follower, Order, TrialLost, begin, check, wait_for_end
-from sceann_hil.robot import EndReason
+from sceann_hil.robot import EndReason, TrialObserver
 
 ANSWER_S = 0.1
 """How long to wait for a DRIVE before the same sensors are sent again."""
@@ -39,7 +39,9 @@ class Body(Protocol):
         """One tick with these motors (Q10); why the trial ended, or None."""
 
 
-def run_lockstep(link: RobotLink, order: Order, body: Body) -> tuple[Follower, NDArray[np.float32]]:
+def run_lockstep(
+    link: RobotLink, order: Order, body: Body, observer: TrialObserver | None = None
+) -> tuple[Follower, NDArray[np.float32]]:
     """Run one trial to its end.
 
     Returns:
@@ -59,6 +61,8 @@ def run_lockstep(link: RobotLink, order: Order, body: Body) -> tuple[Follower, N
             sensors = body.sense()
             follower.sensors[tick] = sensors
             follower.has_sensors[tick] = True
+            if observer is not None:
+                observer.step(tick, sensors, states[tick])
             motors = _step(link, follower, tick, sensors.tolist())
             if motors is None:
                 break

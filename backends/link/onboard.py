@@ -5,9 +5,10 @@ from __future__ import annotations
 from backends.link.messages import Mode, Op, Telemetry
 from backends.link.session import RobotLink
 from backends.link.trial import Follower, Order, Watch, begin, check, wait_for_end
+from sceann_hil.robot import TrialObserver
 
 
-def run_onboard(link: RobotLink, order: Order, watch: Watch | None) -> Follower:
+def run_onboard(link: RobotLink, order: Order, watch: Watch | None, observer: TrialObserver | None) -> Follower:
     """Run one trial to its end.
 
     Returns:
@@ -16,7 +17,7 @@ def run_onboard(link: RobotLink, order: Order, watch: Watch | None) -> Follower:
     Raises:
         LinkError: how it ended is not known.
     """
-    follower = Follower(order, watch)
+    follower = Follower(order, watch, observer)
     with link.exclusive(order.trial_id), link.listening(follower.take):
         begin(link, order, Mode.ONBOARD, Telemetry.SENSE | Telemetry.DRIVE)
         while follower.end is None and not follower.at_rest:

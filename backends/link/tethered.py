@@ -6,9 +6,12 @@ from backends.link.messages import Function, Mode, Op, Telemetry, pack_drive
 from backends.link.session import RobotLink
 from backends.link.trial import Follower, Order, TrialLost, Watch, begin, check, wait_for_end
 from sceann_hil.controller import Controller, state_hash
+from sceann_hil.robot import TrialObserver
 
 
-def run_tethered(link: RobotLink, order: Order, controller: Controller, watch: Watch | None) -> Follower:
+def run_tethered(
+    link: RobotLink, order: Order, controller: Controller, watch: Watch | None, observer: TrialObserver | None
+) -> Follower:
     """Run one trial to its end.
 
     A DRIVE_IN that comes too late is dropped by the robot, which holds its motors and stops after the third in a row; a
@@ -20,7 +23,7 @@ def run_tethered(link: RobotLink, order: Order, controller: Controller, watch: W
     Raises:
         LinkError: how it ended is not known, or the network missed a step.
     """
-    follower = Follower(order, watch)
+    follower = Follower(order, watch, observer)
     controller.reset()
     crc, tick = 0xFFFF, 0
     with link.exclusive(order.trial_id), link.listening(follower.take):

@@ -27,8 +27,10 @@ from backends.link.messages import (
     unpack_sensors,
 )
 from backends.link.session import Incoming, Refused, RobotLink
-from sceann_hil.robot import EndReason, LinkError
+from sceann_hil.robot import EndReason, LinkError, TrialObserver
 
+UNKNOWN = np.zeros(0, np.float32)
+"""The state of a body that nobody knows."""
 SILENCE_S = 1.0
 """A robot that was not heard for so long during a trial is lost; by then it has stopped by itself."""
 
@@ -79,9 +81,10 @@ class Follower:
     Args:
         order: the trial.
         watch: asked for every tick in order.
+        observer: told of every tick.
     """
 
-    def __init__(self, order: Order, watch: Watch | None = None) -> None:
+    def __init__(self, order: Order, watch: Watch | None = None, observer: TrialObserver | None = None) -> None:
         self.order = order
         self.sensors = np.zeros((order.max_ticks, order.n_sensors), np.uint16)
         self.has_sensors = np.zeros(order.max_ticks, np.bool_)
@@ -92,6 +95,7 @@ class Follower:
         self.task_end: tuple[EndReason, int] | None = None
         self.restarted = False
         self._watch = watch
+        self._observer = observer
         self._rest_heartbeats = 0
         self._newest_drive = -1
         self._first_page: tuple[int, tuple[int, ...]] | None = None
@@ -144,6 +148,8 @@ class Follower:
         self.sensors[tick] = values[: self.order.n_sensors]
         self.has_sensors[tick] = True
         self.newest = max(self.newest, tick)
+        if self._observer is not None:
+            self._observer.step(tick, self.sensors[tick], UNKNOWN)
         if self._watch is not None and self.task_end is None:
             reason = self._watch(self.sensors[tick])
             if reason is not None:

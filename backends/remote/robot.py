@@ -36,6 +36,7 @@ from sceann_hil.robot import (
     Robot,
     RobotFault,
     RobotSpec,
+    TrialObserver,
     Trials,
 )
 from sceann_hil.scenery import Scenery
@@ -92,6 +93,7 @@ class RemoteRobot(Robot):
         self._body = StepwiseBody(body) if body is not None else None
         self._watch = watch
         self._link: RobotLink | None = None
+        self._observer: TrialObserver | None = None
         self._descriptor: Descriptor | None = None
         self._loaded: bytes | None = None
         self._in_doubt = False
@@ -233,6 +235,9 @@ class RemoteRobot(Robot):
     def _complaints(self) -> tuple[str, ...]:
         return (self._complaint,) if self._complaint else ()
 
+    def observe(self, observer: TrialObserver | None) -> None:
+        self._observer = observer
+
     def diagnose(self, *, may_move: bool) -> Iterator[Finding]:
         """Ports, handshake, latency, losses, the robot's own watchdog, sensors, and with leave the motors."""
         yield from examine(self, self._settings.mode, may_move=may_move)
@@ -258,6 +263,8 @@ class RemoteRobot(Robot):
             )
         self._complaint = ""
         self._make_ready(trials)
+        if self._observer is not None:
+            self._observer.begin(int(trials.ids[0]))
         if self._interrupted is not None:
             return self._called_off()
         before = _counted(self.link)
@@ -274,6 +281,8 @@ class RemoteRobot(Robot):
             self.make_safe("the host gives up")
             raise
         finally:
+            if self._observer is not None:
+                self._observer.end()
             self._clear_interrupt()
 
     def _called_off(self) -> Results:
@@ -355,13 +364,13 @@ class RemoteRobot(Robot):
         states = np.zeros((trials.max_steps + 1, 0), np.float32)
         try:
             if self._settings.mode is Mode.ONBOARD:
-                follower = run_onboard(self.link, order, self._watch)
+                follower = run_onboard(self.link, order, self._watch, self._observer)
             elif self._settings.mode is Mode.TETHERED:
                 controller = Controller(weights, trials.size, trials.dynamics)
-                follower = run_tethered(self.link, order, controller, self._watch)
+                follower = run_tethered(self.link, order, controller, self._watch, self._observer)
             elif self._body is not None:
                 self._body.reset(trials.starts[0], trials.keys[0])
-                follower, states = run_lockstep(self.link, order, self._body)
+                follower, states = run_lockstep(self.link, order, self._body, self._observer)
         except Refused as refused:
             if refused.status is Status.ALARM:
                 told = ", ".join(self.health().messages)

@@ -33,7 +33,7 @@ from sceann_hil.commands.arguments import (
     print_json,
 )
 from sceann_hil.commands.progress import show_progress
-from sceann_hil.commands.recording import Record, RecordChoice, recorded
+from sceann_hil.commands.recording import Live, Record, RecordChoice, recorded, watched_live
 from sceann_hil.config import dump_config, load_config, parse_config
 from sceann_hil.errors import ExitCode
 from sceann_hil.experiment import Experiment, Outcome, StopRequest
@@ -60,6 +60,7 @@ def evolve(
         Take, typer.Option("--take", help="What of that run: its population, or its best.")
     ] = Take.POPULATION,
     record: Record = RecordChoice.ALL,
+    live: Live = False,
     operator: OperatorOption = None,
     budget_robot: BudgetRobot = None,
     budget_wall: BudgetWall = None,
@@ -78,12 +79,13 @@ def evolve(
     more = more_of(budget_robot, budget_wall, budget_trials)
     directory = out or Path("runs") / f"{config.stem}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
     with Experiment.create(settings, directory, Ancestor(ancestor, take) if ancestor else None) as experiment:
-        _run(experiment, record, as_json, more=more)
+        _run(experiment, record, live, as_json, more=more)
 
 
 def resume(
     directory: RunDirectory,
     record: Record = RecordChoice.ALL,
+    live: Live = False,
     operator: OperatorOption = None,
     budget_robot: BudgetRobot = None,
     budget_wall: BudgetWall = None,
@@ -96,12 +98,13 @@ def resume(
     """
     more = more_of(budget_robot, budget_wall, budget_trials)
     with Experiment.open(directory) as experiment:
-        _run(experiment, record, as_json, operator=operator, more=more)
+        _run(experiment, record, live, as_json, operator=operator, more=more)
 
 
 def _run(
     experiment: Experiment,
     record: RecordChoice,
+    live: bool,
     as_json: bool,
     *,
     operator: str | None = None,
@@ -117,6 +120,8 @@ def _run(
         with console.status(f"Getting {robot.spec.name} ready (compiled once, which takes some seconds)..."):
             connected.enter_context(robot)
         connected.enter_context(recorded(console, experiment.directory, record))
+        if live:
+            connected.enter_context(watched_live(robot, experiment.directory))
         started = time.monotonic()
         with (
             _stop_on_interrupt(console) as stop,

@@ -89,15 +89,17 @@ def flash_board(
     if genome_only:
         _tell(console, flash_genome(image, port or the_only_port(), baud))
         return
-    plan = plan_flash(image, kind, port)
+    plan = plan_flash(image, kind, port, baud)
     if build_only:
         console.print(f"firmware  {plan.image}")
     elif dry_run:
         console.print(f"firmware  {plan.image}\nupload    {plan.shell}")
-        console.print(f"genome    {image.record_crc:08x}, {len(image.genome)} bits, over {port or 'PORT'} at {baud} baud")
+        console.print(
+            f"genome    {image.record_crc:08x}, {len(image.genome)} bits, over {port or 'PORT'} at {baud} baud"
+        )
     else:
         port = port or the_only_port()
-        _tell(console, flash(image, plan_flash(image, kind, port), port, baud))
+        _tell(console, flash(image, plan_flash(image, kind, port, baud), port, baud))
 
 
 def _tell(console: Console, on_robot: OnRobot) -> None:
@@ -154,7 +156,9 @@ def verify_board(
             "Build and flash the firmware again; if it stays, this is a bug that we want to hear of.",
         )
     if not as_json:
-        counts = f"{result.states} states, {result.steps} steps, {result.sequences} sequences ({len(recorded)} recorded)"
+        counts = (
+            f"{result.states} states, {result.steps} steps, {result.sequences} sequences ({len(recorded)} recorded)"
+        )
         Console(highlight=False, soft_wrap=True).print(f"{place}: every state is equal. {counts}")
 
 

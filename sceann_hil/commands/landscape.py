@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +12,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from sceann_hil.commands.arguments import AsJson, ConfigFile, Overrides, Seed, overrides_of, print_json
+from sceann_hil.commands.study_progress import tell_disk_full
 from sceann_hil.landscape import Summary, analyse, enumerate_landscape
 from sceann_hil.landscape.enumeration import check_enumerable
 from sceann_hil.study import cores, load_conditions
@@ -55,7 +57,11 @@ def enumerate_genomes(
                 bars.update(bar, completed=done, total=n)  # type: ignore[arg-type]
 
             landscape = enumerate_landscape(
-                condition.config, folder / _folder_name(condition), workers or cores(), report
+                condition.config,
+                folder / _folder_name(condition),
+                workers or cores(),
+                report,
+                partial(tell_disk_full, console),
             )
             found[condition.label] = analyse(landscape)
             bars.remove_task(bar)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from datetime import timedelta
+from typing import Annotated
 
 import typer
 from rich.console import Console
@@ -12,6 +13,7 @@ from sceann_hil.commands.arguments import AsJson, ConfigFile, Overrides, Seed, o
 from sceann_hil.config import load_config, schema_text
 from sceann_hil.plan import PROMPT_S, Plan
 from sceann_hil.registry import Group, available, package_of
+from sceann_hil.study import study_schema_text
 
 
 def register(app: typer.Typer) -> None:
@@ -39,12 +41,14 @@ def list_plugins(as_json: AsJson = False) -> None:
     Console().print(table)
 
 
-def schema() -> None:
+def schema(
+    study: Annotated[bool, typer.Option("--study", help="Of a study's file instead of an experiment's.")] = False,
+) -> None:
     """Print the JSON schema of a configuration, for editors.
 
     Example: sceann schema > schema.json
     """
-    typer.echo(schema_text(), nl=False)
+    typer.echo(study_schema_text() if study else schema_text(), nl=False)
 
 
 def plan(config: ConfigFile, seed: Seed = None, overrides: Overrides = None, as_json: AsJson = False) -> None:

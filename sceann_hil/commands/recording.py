@@ -14,6 +14,8 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from sceann_hil.recording import Detail, RecorderProcess, RecorderStatus, State
+from sceann_hil.recording.feed import LiveFeed
+from sceann_hil.robot import Robot
 
 _SECONDS_BETWEEN_LOOKS = 0.2
 
@@ -30,6 +32,23 @@ Record = Annotated[
     RecordChoice,
     typer.Option(help="Trials to record for the viewer: all, those of each generation's best, none."),
 ]
+
+
+Live = Annotated[
+    bool, typer.Option("--live", help="Show the running trial in the viewer while the robot moves (not in simulation).")
+]
+
+
+@contextmanager
+def watched_live(robot: Robot, directory: Path) -> Iterator[None]:
+    """Show the robot's trials during the block. What goes wrong with the viewer is in the recording's ``live.log``."""
+    feed = LiveFeed(directory)
+    robot.observe(feed)
+    try:
+        yield
+    finally:
+        robot.observe(None)
+        feed.close()
 
 
 @contextmanager

@@ -32,6 +32,14 @@ def show_study_progress(console: Console) -> Iterator[Observer]:
         yield _Bars(console, bars)
 
 
+def tell_disk_full(console: Console) -> None:
+    """Say that the work waits."""
+    console.print(
+        "[bold red]The disk is full.[/] Waiting: free some space and the work goes on by itself. Ctrl-C stops it; "
+        "nothing that was recorded is lost."
+    )
+
+
 class _Lines(Observer):
     def __init__(self, console: Console) -> None:
         self._console = console
@@ -66,10 +74,7 @@ class _Lines(Observer):
             self._last_line = now
 
     def disk_full(self) -> None:
-        self._console.print(
-            "[bold red]The disk is full.[/] Waiting: free some space and the study goes on by itself. "
-            "Ctrl-C stops it; nothing that was recorded is lost."
-        )
+        tell_disk_full(self._console)
 
     def _advance(self, condition: Condition, n: int) -> None:
         """For bars."""

@@ -7,7 +7,6 @@ the same firmware costs nothing and a changed file is never missed.
 from __future__ import annotations
 
 import hashlib
-import os
 import shutil
 import subprocess
 import tempfile
@@ -89,9 +88,7 @@ def find_tool(name: str, package: str) -> str:
     """
     path = shutil.which(name)
     if path is None:
-        raise ToolMissing(
-            f"{name}: this program is not installed.", f"On Debian or Ubuntu: apt-get install {package}"
-        )
+        raise ToolMissing(f"{name}: this program is not installed.", f"On Debian or Ubuntu: apt-get install {package}")
     return path
 
 
@@ -139,9 +136,15 @@ def compile_c(
     """
     program = toolchain.program()
     headers = [path for folder in include for path in sorted(folder.glob("*")) if path.suffix in (".h", ".ld")]
-    command = ["-std=gnu99" if suffix == ".so" else "-std=c99", *toolchain.flags, *warnings, *flags, *(f"-I{folder}" for folder in include)]
+    command = [
+        "-std=gnu99" if suffix == ".so" else "-std=c99",
+        *toolchain.flags,
+        *warnings,
+        *flags,
+        *(f"-I{folder}" for folder in include),
+    ]
     digest = hashlib.sha256()
-    digest.update(repr((program, os.stat(program).st_mtime_ns, command, toolchain.link_flags)).encode())
+    digest.update(repr((program, Path(program).stat().st_mtime_ns, command, toolchain.link_flags)).encode())
     for path in (*sources, *headers):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
     cache = Path(platformdirs.user_cache_dir("sceann-hil")) / "firmware"
@@ -158,9 +161,7 @@ def compile_c(
             check=False,
         )
         if done.returncode != 0:
-            raise FirmwareBuildFailed(
-                f"{toolchain.compiler} could not build the firmware:\n{done.stderr.strip()}"
-            )
+            raise FirmwareBuildFailed(f"{toolchain.compiler} could not build the firmware:\n{done.stderr.strip()}")
         fresh.replace(result)
     return result
 

@@ -21,7 +21,7 @@ from typing import Any, Protocol
 import cantools
 import numpy as np
 from cantools.database.can import Database
-from cobs import cobs
+from cobs import cobs  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
 from sceann_hil.controller import ARITHMETIC_ID, ONE
@@ -163,7 +163,7 @@ def database() -> Database:
 def encode_frame(identifier: int, data: bytes) -> bytes:
     """``COBS(id data crc16) 00``."""
     raw = struct.pack("<H", identifier) + data
-    return cobs.encode(raw + struct.pack(">H", binascii.crc_hqx(raw, 0xFFFF))) + b"\0"
+    return bytes(cobs.encode(raw + struct.pack(">H", binascii.crc_hqx(raw, 0xFFFF)))) + b"\0"
 
 
 def decode_frame(frame: bytes) -> tuple[int, bytes] | None:
@@ -281,9 +281,7 @@ class RobotClient:
             Refused: another host is in charge, or the versions differ.
         """
         for _ in range(TRIES):
-            self.request(
-                Op.HELLO, LinkVersion=LINK_VERSION, Session=self.session, ArithmeticId=ARITHMETIC_ID
-            )
+            self.request(Op.HELLO, LinkVersion=LINK_VERSION, Session=self.session, ArithmeticId=ARITHMETIC_ID)
             pages = self._descriptor_pages()
             if {0, 1, 2, 3, 4, 5, 6} <= pages.keys():
                 return _descriptor(pages)
@@ -328,9 +326,7 @@ class RobotClient:
             self._send_chunk(index, chunks[index])
         for _ in range(len(chunks) + 1):
             try:
-                reply = self.request(
-                    Op.COMMIT, GenomeCrc=image.record_crc, InitialOutput=image.dynamics.initial_output
-                )
+                reply = self.request(Op.COMMIT, GenomeCrc=image.record_crc, InitialOutput=image.dynamics.initial_output)
             except Refused as refused:
                 if refused.status is not Status.MISSING_CHUNK:
                     raise

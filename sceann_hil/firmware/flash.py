@@ -61,8 +61,8 @@ class OnRobot:
         version = ".".join(map(str, d.firmware))
         kept = "kept over power loss" if self.stored else "until it is switched off"
         return (
-            f"{d.name} ({d.unique_id:014x}): firmware {version}, link {d.link_version}, arithmetic {d.arithmetic_id:08x}, "
-            f"genome {self.genome_crc:08x}, {kept}"
+            f"{d.name} ({d.unique_id:014x}): firmware {version}, link {d.link_version}, "
+            f"arithmetic {d.arithmetic_id:08x}, genome {self.genome_crc:08x}, {kept}"
         )
 
 
@@ -81,7 +81,7 @@ def check_size(image: ControllerImage) -> None:
             )
 
 
-def firmware_flags(image: ControllerImage, board: Board) -> tuple[str, ...]:
+def firmware_flags(image: ControllerImage, board: Board, baud: int = BAUD) -> tuple[str, ...]:
     """What the board's firmware is built with for this network.
 
     Raises:
@@ -96,21 +96,22 @@ def firmware_flags(image: ControllerImage, board: Board) -> tuple[str, ...]:
             f"genome: expected 1 to 6 sensors and 2 motors for a uno, got {size.n_sensors} and {size.n_motors}.",
             "Evolve for this robot, or try the genome in HIL mode (sceann verify --board uno).",
         )
-    return (f"-DSCEANN_UNO_SENSORS={size.n_sensors}u",)
+    return (f"-DSCEANN_UNO_SENSORS={size.n_sensors}u", f"-DBAUD={baud}UL")
 
 
-def plan_flash(image: ControllerImage, board: Board, port: str | None) -> FlashPlan:
+def plan_flash(image: ControllerImage, board: Board, port: str | None, baud: int = BAUD) -> FlashPlan:
     """Builds the firmware and says how it would be uploaded.
 
     Args:
         image: the controller; decides how many inputs the firmware reads.
         board: which board.
         port: serial port, for boards that are flashed through it.
+        baud: speed of the link that the uno's firmware is built for.
 
     Raises:
         FirmwareBuildFailed, ToolMissing: it cannot be built.
     """
-    elf = build_board(board, firmware_flags(image, board))
+    elf = build_board(board, firmware_flags(image, board, baud))
     match board:
         case Board.UNO:
             hexfile = elf.with_suffix(".hex")
@@ -126,7 +127,10 @@ def plan_flash(image: ControllerImage, board: Board, port: str | None) -> FlashP
         case Board.STM32F405 | Board.LM3S6965:
             scripts = {
                 Board.STM32F405: ("-f", "interface/stlink.cfg", "-f", "target/stm32f4x.cfg"),
-                Board.LM3S6965: ("-f", "board/ek-lm3s6965.cfg",),
+                Board.LM3S6965: (
+                    "-f",
+                    "board/ek-lm3s6965.cfg",
+                ),
             }
             program = f"program {elf} verify reset exit"
             return FlashPlan(board, elf, ("openocd", *scripts[board], "-c", program), "openocd")

@@ -17,6 +17,9 @@ BAUD = 115_200
 START_S = 6.0
 """How long a robot may take to answer: opening its port resets an Arduino, whose boot loader waits first."""
 
+SESSION_S = 1.5
+"""Longer than a robot waits for a host that has gone without a word."""
+
 
 class SerialLine:
     """`read` and `write` of `sceann_hil.firmware.client.Line` on a port that pyserial can open.
@@ -68,7 +71,9 @@ def _port_error(port: str, error: Exception) -> FlashFailed:
     if number in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in str(error):
         return FlashFailed(f"{port}: another program has the port open.", "Close it (a serial monitor?) and try again.")
     if number in (errno.EACCES, errno.EPERM):
-        return FlashFailed(f"{port}: you may not open this port.", "Add yourself to its group: usermod -aG dialout USER")
+        return FlashFailed(
+            f"{port}: you may not open this port.", "Add yourself to its group: usermod -aG dialout USER"
+        )
     return FlashFailed(f"{port}: the port cannot be opened: {error}.", f"Ports now: {describe_ports()}")
 
 
@@ -96,11 +101,15 @@ def meet(client: RobotClient, place: str) -> Descriptor:
     Raises:
         FlashFailed: silence, another firmware, another version, or another host in charge.
     """
-    deadline = time.monotonic() + START_S
+    began = time.monotonic()
+    deadline = began + START_S
     while True:
         try:
             return client.hello()
         except Refused as refused:
+            if refused.status is Status.OTHER_HOST and time.monotonic() < began + SESSION_S:
+                time.sleep(0.2)
+                continue
             raise _refusal(place, refused) from None
         except NoAnswer:
             if time.monotonic() < deadline:

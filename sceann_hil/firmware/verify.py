@@ -1,7 +1,7 @@
 """A board against the reference: the same sensors, every state of every neuron, step by step, over the link.
 
-The board runs in HIL mode with telemetry STATES, so its own firmware computes; nothing is built in for the test. Works on
-a robot on a serial port and on every emulated board alike.
+The board runs in HIL mode with telemetry STATES, so its own firmware computes; nothing is built in for the test.
+Works on a robot on a serial port and on every emulated board alike.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ def verify(
     trial_id = client.request(Op.LAST)["LastTrialId"]
     steps = 0
     count = 0
-    for count, sensors in enumerate(sequences, 1):  # noqa: B007
+    for count, sensors in enumerate(sequences, 1):
         trial_id = trial_id % 0xFFFF + 1
         difference = _verify_one(client, image, sensors, trial_id, count - 1)
         steps += len(sensors) if difference is None else min(difference.step + 1, len(sensors))

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from sceann_hil.coding import Bits, genome_from_hex
 from sceann_hil.errors import NotARun, RunIsDamaged, RunIsNewer
+from sceann_hil.journal.measured import unpack_measured
 from sceann_hil.journal.schema import APPLICATION_ID, JOURNAL_NAME, SCHEMA_VERSION, UNBORN_NAME
-from sceann_hil.journal.sensors import TRACE_FORMAT, unpack_sensors
 from sceann_hil.robot import EndReason
 
 
@@ -251,17 +251,16 @@ class JournalReader:
         known = f"Trials are numbered from 1 to {last}." if last else "It has no trials yet."
         raise NotARun(f"{self.directory} has no trial {identity}.", known)
 
-    def sensors(self, attempt: int, n_sensors: int) -> NDArray[np.uint16] | None:
-        """What a real robot's sensors read in one attempt: wire values 0..1023, shape ``(n_steps, n_sensors)``.
+    def measured(self, attempt: int) -> tuple[NDArray[np.uint16], NDArray[np.float32]] | None:
+        """What a real robot sent in one attempt.
 
         Returns:
-            None if they were not kept: a simulated robot can repeat the trial, and of a trial that a host's crash cut
-            off only the result may be known.
+            Wire values 0..1023, shape ``(n_steps, n_sensors)``, and body states, shape ``(n_steps + 1, n_state)``, with
+            no columns where nobody knows them. None if nothing was kept: a simulated robot can repeat the trial, and
+            of a trial that a host's crash cut off only the result may be known.
         """
-        row = self._db.execute(
-            "SELECT data FROM trace WHERE attempt = ? AND format = ?", (attempt, TRACE_FORMAT)
-        ).fetchone()
-        return unpack_sensors(row[0], n_sensors) if row else None
+        row = self._db.execute("SELECT format, data FROM trace WHERE attempt = ?", (attempt,)).fetchone()
+        return unpack_measured(row[0], row[1]) if row else None
 
     def count_attempts(self) -> int:
         """The highest attempt id so far."""

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from sceann_hil.coding import Bits, genome_to_hex
 from sceann_hil.errors import RunExists
+from sceann_hil.journal.measured import pack_measured
 from sceann_hil.journal.reader import JournalReader, open_database
 from sceann_hil.journal.schema import APPLICATION_ID, JOURNAL_NAME, SCHEMA, SCHEMA_VERSION, UNBORN_NAME
-from sceann_hil.journal.sensors import TRACE_FORMAT, pack_sensors
 from sceann_hil.robot import EndReason, Results
 
 
@@ -265,7 +265,7 @@ class Journal:
                 self._db.executemany(
                     "INSERT INTO trace (attempt, format, data) VALUES (?, ?, ?)",
                     [
-                        (identity, TRACE_FORMAT, pack_sensors(trace.sensors))
+                        (identity, *pack_measured(trace))
                         for identity, trace in zip(ids.tolist(), results.traces, strict=True)
                     ],
                 )

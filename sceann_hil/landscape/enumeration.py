@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from sceann_hil.coding import Bits
 from sceann_hil.config import ExperimentConfig
+from sceann_hil.disk import when_there_is_room
 from sceann_hil.errors import ConfigError
 from sceann_hil.landscape.files import Landscape, LandscapeWriter
 from sceann_hil.robot import EndReason, Robot, Trials, TrialVoid
@@ -27,7 +29,11 @@ Progress = Callable[[int, int], None]
 
 
 def enumerate_landscape(
-    config: ExperimentConfig, directory: Path, n_threads: int, report: Progress = lambda *_: None
+    config: ExperimentConfig,
+    directory: Path,
+    n_threads: int,
+    report: Progress = lambda *_: None,
+    disk_full: Callable[[], None] = lambda: None,
 ) -> Landscape:
     """Evaluate every genome of an experiment once, going on where an earlier attempt stopped.
 
@@ -38,11 +44,11 @@ def enumerate_landscape(
         directory: the landscape's folder, made if it is missing.
         n_threads: cores to use.
         report: told after every chunk.
+        disk_full: told when the disk is full; the enumeration then waits until there is room.
 
     Raises:
         ConfigError: the genome is longer than `MAX_BITS`, or the robot takes no batches.
         StudyChanged: the folder holds another landscape.
-        OSError: the disk is full; what was synchronised is kept.
     """
     check_enumerable(config)
     n = 1 << config.genome_length
@@ -65,12 +71,13 @@ def enumerate_landscape(
                 finished, _ = wait(in_the_air, return_when=FIRST_COMPLETED)
                 for future in finished:
                     chunk = in_the_air.pop(future)
-                    writer.write(chunk, chunk * size, *future.result())
+                    write = partial(writer.write, chunk, chunk * size, *future.result())
+                    when_there_is_room(write, disk_full)
                     report(int(landscape.done.sum()), n // size)
                 if time.monotonic() - synced > _SECONDS_BETWEEN_SYNCS:
-                    writer.sync()
+                    when_there_is_room(writer.sync, disk_full)
                     synced = time.monotonic()
-        writer.sync()
+        when_there_is_room(writer.sync, disk_full)
     finally:
         writer.close()
     return landscape

@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 
 from sceann_hil.coding import Weights
 from sceann_hil.config import parse_config
-from sceann_hil.errors import NotARun, ReplayDiffers
+from sceann_hil.controller import Dynamics, state_hash
+from sceann_hil.errors import ReplayDiffers
 from sceann_hil.journal import JOURNAL_NAME, AttemptRow, GenerationRow, JournalReader
 from sceann_hil.journal.reader import trial_arrays
 from sceann_hil.recording.trial import RecordedRun, RecordedTrial, as_id
-from sceann_hil.robot import EndReason, Trials
+from sceann_hil.replay import measured_trace
+from sceann_hil.robot import EndReason, Trace, Trials
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +56,6 @@ class RunSource:
         Raises:
             NotARun, RunIsNewer, RunIsDamaged: it cannot be read.
             ConfigError, PluginError: its configuration needs a package that is not there.
-            NotARun: its robot cannot repeat trials, so there is nothing that pictures could be made of.
         """
         self._reader = JournalReader(run_dir)
         row = self._reader.run()
@@ -63,11 +64,6 @@ class RunSource:
         self._robot, task = config.robot.build(), config.task.build()
         self._coding, self._dynamics = config.controller.coding, config.controller.dynamics
         spec = self._robot.spec
-        if not spec.repeatable:
-            raise NotARun(
-                f"{run_dir} has no traces: robot {spec.name} cannot repeat its trials.",
-                "Recordings can be made of simulated runs.",
-            )
         self.run = RecordedRun(
             name=as_id(f"{row.name}-{row.root_seed}"),
             experiment=as_id(row.name),
@@ -78,12 +74,24 @@ class RunSource:
             best_fitness=task.best_fitness,
             scenery=self._robot.scenery,
         )
-        self._robot.connect()
+        if spec.repeatable:
+            self._robot.connect()
 
     def close(self) -> None:
         """Let go of journal and robot."""
-        self._robot.disconnect()
+        if self._robot.spec.repeatable:
+            self._robot.disconnect()
         self._reader.close()
+
+    @property
+    def dynamics(self) -> Dynamics:
+        """What the networks do besides their weights."""
+        return self._dynamics
+
+    def weights_of(self, row: AttemptRow) -> Weights:
+        """The network of one attempt, shape ``(n_neurons, n_sources)``."""
+        individual = self._reader.individuals(row.generation)[row.individual]
+        return self._coding.decode(individual.genome_bits(self._coding.genome_length(self.run.size)), self.run.size)
 
     def finished(self) -> list[int]:
         """Numbers of the generations that are finished by now."""
@@ -111,15 +119,33 @@ class RunSource:
         weights = self._coding.decode(genomes, self.run.size)
         champion = int(fitness.argmax())
         notes = [(kind, message) for _, generation, kind, message in self._reader.events() if generation == number]
-        trials = self._traced(self._counted(number), weights, champion)
+        traced = self._traced if self._robot.spec.repeatable else self._measured
+        trials = traced(self._drawable(number), weights, champion)
         return RecordedGeneration(row, fitness, weights, champion, trials, notes)
 
     def expected_trials(self, number: int) -> int:
         """How many trials of a finished generation were counted."""
-        return len(self._counted(number))
+        return len(self._drawable(number))
 
     def _counted(self, generation: int) -> list[AttemptRow]:
         return [row for row in self._reader.attempts(generation) if row.fitness is not None]
+
+    def _drawable(self, generation: int) -> list[AttemptRow]:
+        """Counted attempts of which more is known than their result."""
+        counted = self._counted(generation)
+        if self._robot.spec.repeatable:
+            return counted
+        return [row for row in counted if self._reader.measured(row.id) is not None]
+
+    def _measured(self, attempts: list[AttemptRow], weights: Weights, champion: int) -> list[RecordedTrial]:
+        """Trials that nobody can repeat, from what the robot sent: it must agree with what the journal says."""
+        recorded = []
+        for row in attempts:
+            trace = measured_trace(self._reader, row.id, weights[row.individual], self.run.size, self._dynamics)
+            if trace is not None and row.end_reason is not None:
+                _must_agree(row, (row.end_reason, len(trace.sensors), state_hash(trace.u)))
+                recorded.append(_recorded(row, trace, weights, champion))
+        return recorded
 
     def _traced(self, attempts: list[AttemptRow], weights: Weights, champion: int) -> list[RecordedTrial]:
         starts, keys, ids = trial_arrays(attempts)
@@ -148,21 +174,25 @@ class RunSource:
             )
             for row, (reason, steps, crc, trace) in zip(attempts[part], ends, strict=True):
                 _must_agree(row, (EndReason(reason), steps, crc))
-                recorded.append(
-                    RecordedTrial(
-                        id=row.id,
-                        generation=row.generation,
-                        individual=row.individual,
-                        trial=row.trial,
-                        attempt=row.attempt,
-                        fitness=row.fitness,
-                        end_reason=EndReason(reason),
-                        champion=row.individual == champion,
-                        weights=weights[row.individual],
-                        trace=trace,
-                    )
-                )
+                recorded.append(_recorded(row, trace, weights, champion))
         return recorded
+
+
+def _recorded(row: AttemptRow, trace: Trace, weights: Weights, champion: int) -> RecordedTrial:
+    if row.end_reason is None:
+        raise ValueError(f"trial {row.id}: expected one with a result")
+    return RecordedTrial(
+        id=row.id,
+        generation=row.generation,
+        individual=row.individual,
+        trial=row.trial,
+        attempt=row.attempt,
+        fitness=row.fitness,
+        end_reason=row.end_reason,
+        champion=row.individual == champion,
+        weights=weights[row.individual],
+        trace=trace,
+    )
 
 
 _BATCH = 1000

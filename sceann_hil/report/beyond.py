@@ -14,6 +14,7 @@ from sceann_hil.landscape import Landscape, Summary, analyse, champion_ranks
 from sceann_hil.report.cells import Cell, Key, StudyData
 from sceann_hil.report.more_figures import draw_landscapes, draw_robustness
 from sceann_hil.report.page import Page
+from sceann_hil.report.paper import SUCCESS_PERCENT
 from sceann_hil.report.statistics import wilson
 from sceann_hil.report.wording import percent
 from sceann_hil.robustness import Robustness, measure
@@ -31,6 +32,7 @@ def landscape_section(page: Page, landscapes: Sequence[Landscape], studies: Iter
         "random genomes as the GA evaluates contain a solution; *neighbours* are the solutions among the one-bit "
         "neighbours of a solution, and in brackets how many there would be if solutions lay anywhere."
     )
+    landscapes = _different(landscapes)
     found = {landscape.directory: analyse(landscape) for landscape in landscapes}
     rows = [_landscape_row(landscape, found[landscape.directory]) for landscape in sorted(landscapes, key=_order)]
     header = ["task", "coding", "(N_s,N_h)", "neuron", "genomes", "solutions", "best", "neighbours", "random search"]
@@ -43,6 +45,13 @@ def landscape_section(page: Page, landscapes: Sequence[Landscape], studies: Iter
         )
         page.figure("landscapes", caption, partial(draw_landscapes, ours))
         page.text(_readings(ours, found))
+    zeros = [landscape for landscape in landscapes if _explains_a_zero(landscape, found[landscape.directory])]
+    if zeros:
+        names = ", ".join(f"({one.config.size.n_sensors},{one.config.size.n_hidden})" for one in zeros)
+        page.text(
+            f"No genome at all balances with {names}: the zeros that Tables I and II print there are not bad luck in "
+            "50 runs, they are exact for every algorithm."
+        )
     ranks = list(_rank_rows(landscapes, list(studies), found))
     if ranks:
         page.text("Where the champions of the studies rank among all genomes (1 is best; equal fitness, equal rank):")
@@ -50,6 +59,19 @@ def landscape_section(page: Page, landscapes: Sequence[Landscape], studies: Iter
             ["landscape", "algorithm", "GA succeeds: % [95 %]", "random search: %", "champions' rank: median", "worst"],
             ranks,
         )
+
+
+def _different(landscapes: Sequence[Landscape]) -> list[Landscape]:
+    """One landscape for each experiment, whatever its algorithm: two studies may have enumerated the same one."""
+    known: list[tuple[object, ...]] = []
+    kept = []
+    for landscape in landscapes:
+        config = landscape.config
+        key = (config.task, config.robot, config.controller, config.seed if not config.robot.spec.noise_free else 0)
+        if key not in known:
+            known.append(key)
+            kept.append(landscape)
+    return kept
 
 
 def _order(landscape: Landscape) -> tuple[str, str, int, int, str]:
@@ -73,6 +95,19 @@ def _landscape_row(landscape: Landscape, summary: Summary) -> list[str]:
         neighbours if summary.n_solutions else "",
         f"{100 * summary.random_search:.3g} %" if summary.n_solutions else "0",
     ]
+
+
+def _explains_a_zero(landscape: Landscape, summary: Summary) -> bool:
+    """A network for which both tables print 0, and rightly so."""
+    config = landscape.config
+    size, controller = config.size, config.controller
+    printed = [SUCCESS_PERCENT.get(Key(controller.coding, a, size.n_sensors, size.n_hidden)) for a in ("sga", "oga")]
+    return (
+        config.task.type == "pole_balancing"
+        and controller.neuron is Neuron.ACCUMULATING
+        and printed == [0, 0]
+        and summary.n_solutions == 0
+    )
 
 
 def _is_the_paper_s(landscape: Landscape) -> bool:
@@ -114,7 +149,7 @@ def _rank_rows(
             summary = found[landscape.directory]
             controller, size = ours.controller, ours.size
             yield [
-                f"{controller.coding.name} ({size.n_sensors},{size.n_hidden}) {controller.neuron.value}",
+                f"{ours.task.type.replace('_', ' ')}, {controller.coding.name} ({size.n_sensors},{size.n_hidden})",
                 algorithm.type.upper(),
                 percent(wilson(*cell.rate)),
                 f"{100 * summary.random_search:.3g}",

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from sceann_hil.errors import NotARun
-from sceann_hil.landscape import landscapes_in
+from sceann_hil.landscape import Landscape, landscapes_in
 from sceann_hil.report import prose
 from sceann_hil.report.beyond import landscape_section, robustness_section
 from sceann_hil.report.cells import Cell, StudyData, studies_in
@@ -20,6 +20,7 @@ from sceann_hil.report.statistics import Verdict, mean_interval, wilson
 from sceann_hil.report.wording import duration, percent, runs_sentence, verdict_text
 
 NAME = "reproduction"
+_CONFIGS = "configs/paper"
 _PAPER = ("tables", "fig10", "fig6")
 
 
@@ -69,7 +70,7 @@ def write_report(directory: Path, out: Path) -> tuple[Path, Path]:
     page = Page("The paper, reproduced", out, NAME)
     _summary(page, claims, list(studies.values()))
     page.append(body)
-    _how_made(page, list(studies.values()))
+    _how_made(page, list(studies.values()), landscapes)
     return page.write()
 
 
@@ -78,7 +79,7 @@ def _summary(page: Page, claims: Sequence[Claim], studies: Sequence[StudyData]) 
     if claims:
         page.heading("Every claim at a glance")
         page.text(prose.HOW_CLAIMS_ARE_TESTED)
-        counts = ", ".join(f"{sum(c.verdict is verdict for c in claims)} {verdict}" for verdict in Verdict)
+        counts = ", ".join(f"*{verdict}* {sum(c.verdict is verdict for c in claims)}" for verdict in Verdict)
         page.text(f"Of {len(claims)} claims: {counts}.")
         page.table(["", "claim", "verdict"], [[c.number, c.text, verdict_text(c.verdict)] for c in claims])
     page.heading("What the paper leaves open and how it is read here")
@@ -103,10 +104,20 @@ def _interval_text(cell: Cell) -> str:
     return f"{interval.estimate:.4g} [{interval.low:.4g}, {interval.high:.4g}]"
 
 
-def _how_made(page: Page, studies: Sequence[StudyData]) -> None:
+def _how_made(page: Page, studies: Sequence[StudyData], landscapes: Sequence[Landscape]) -> None:
     page.heading("How this was made")
     page.text(prose.HOW_TO_REPEAT)
-    page.code(prose.COMMANDS)
+    enumerated = dict.fromkeys(landscape.directory.parent.parent.name for landscape in landscapes)
+    page.code(
+        [
+            *(
+                f"sceann study {_CONFIGS}/{s.name}.yaml --runs {min(c.n for c in s.cells)} --out studies"
+                for s in studies
+            ),
+            *(f"sceann enumerate {_CONFIGS}/{name}.yaml --out studies" for name in enumerated),
+            "sceann report studies --out docs",
+        ]
+    )
     rows = [
         [
             f"`{study.name}`",

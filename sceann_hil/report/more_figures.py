@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
 
 from sceann_hil.controller import Neuron
 from sceann_hil.landscape import Landscape
@@ -35,7 +37,7 @@ def draw_landscapes(landscapes: Sequence[Landscape], path: Path) -> None:
                     axes.set_title(f"({config.size.n_sensors},{n_hidden}): $2^{{{config.genome_length}}}$ genomes")
             axes.set_xscale("log")
             axes.set_yscale("log")
-            axes.set_xlim(1.0, 3600.0)
+            axes.set_xlim(10.0, 3600.0)
             axes.set_xlabel("steps balanced")
             axes.axvline(3000, color=DARK, linewidth=0.9, linestyle=":")
         row[0].set_ylabel("part of all genomes\nthat balance so long")
@@ -56,17 +58,37 @@ def reached_fraction(landscape: Landscape) -> tuple[list[float], list[float]]:
     return [max(value, 1.0) for value in values], reached.tolist()
 
 
-def draw_forest(rows: Sequence[tuple[str, Interval]], reference: Interval, xlabel: str, path: Path) -> None:
-    """One line per variant with its interval, against the band of the reference (the first one)."""
-    with drawing(17.0, 2.6 + 0.52 * len(rows)) as figure:
+@dataclass(frozen=True, slots=True)
+class ForestRow:
+    """One line of a forest plot.
+
+    Attributes:
+        name: for people.
+        interval: in displayed units.
+        reference: the interval that it is compared with; its own for a default.
+        differs: it stands out.
+    """
+
+    name: str
+    interval: Interval
+    reference: Interval
+    differs: bool
+
+
+def draw_forest(rows: Sequence[ForestRow], xlabel: str, path: Path) -> None:
+    """One line per variant with its interval, against the band of its reference; what differs is orange."""
+    lines = max(row.name.count("\n") for row in rows) + 1
+    with drawing(17.0, 2.0 + (0.24 + 0.32 * lines) * len(rows)) as figure:
         axes = figure.subplots()
-        axes.axvspan(reference.low, reference.high, color="#d1e5f0", zorder=0)
-        for row, (_, interval) in enumerate(rows):
-            apart = interval.low > reference.high or interval.high < reference.low
-            colour = DARK if row == 0 else ORANGE if apart else BLUE
-            axes.plot([interval.low, interval.high], [row, row], color=colour, linewidth=1.3)
-            axes.plot([interval.estimate], [row], marker="o", color=colour)
-        axes.set_yticks(range(len(rows)), [name for name, _ in rows])
+        for number, row in enumerate(rows):
+            own = row.interval == row.reference
+            colour = DARK if own else ORANGE if row.differs else BLUE
+            span = row.reference.high - row.reference.low
+            band = Rectangle((row.reference.low, number - 0.5), span, 1.0, facecolor="#d1e5f0", linewidth=0, zorder=0)
+            axes.add_patch(band)
+            axes.plot([row.interval.low, row.interval.high], [number, number], color=colour, linewidth=1.3)
+            axes.plot([row.interval.estimate], [number], marker="o", color=colour)
+        axes.set_yticks(range(len(rows)), [row.name for row in rows])
         axes.set_ylim(len(rows) - 0.4, -0.6)
         axes.grid(axis="y", visible=False)
         axes.tick_params(axis="y", length=0)

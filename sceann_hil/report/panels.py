@@ -45,10 +45,10 @@ def draw_fig10(cells: Mapping[Key, Cell], sensors: Sequence[int], path: Path) ->
                 colour = (BLUE, ORANGE)[index]
                 _line(axes, cells, keys, list(HIDDEN), colour, MARKERS[index], f"$N_s$ = {n_sensors}")
             axes.set_xticks(HIDDEN)
-            axes.set_ylim(bottom=0.0)
         for axes in grid[-1]:
             axes.set_xlabel("hidden neurons $N_h$")
         for axes in grid[:, 0]:
+            axes.set_ylim(bottom=0.0)
             axes.set_ylabel("maximum fitness (steps),\nlast generation")
         lines, labels = grid[0, 0].get_legend_handles_labels()
         figure.legend(lines, labels, loc="outside lower center", ncols=2)

@@ -36,15 +36,6 @@ HOW_TO_REPEAT = (
     "interruption; `--runs` chooses how many."
 )
 
-COMMANDS = (
-    "sceann study configs/paper/tables.yaml --runs 1000 --out studies",
-    "sceann study configs/paper/fig10.yaml --runs 1000 --out studies",
-    "sceann study configs/paper/fig6.yaml --runs 50 --out studies       # more runs: narrower intervals",
-    "for config in configs/paper/sensitivity-*.yaml; do sceann study $config --out studies; done",
-    "for config in configs/paper/landscape*.yaml; do sceann enumerate $config --out studies; done",
-    "sceann report studies --out docs",
-)
-
 ABOUT_TIMES = (
     "The times are wall-clock times of the sessions that added runs, on a machine that was doing other work as well."
 )

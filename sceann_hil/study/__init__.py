@@ -7,7 +7,7 @@
 """
 
 from sceann_hil.study.condition import Condition
-from sceann_hil.study.config import Study, StudyConfig, load_conditions, load_study, parse_study
+from sceann_hil.study.config import Study, StudyConfig, load_conditions, load_study, parse_study, study_schema_text
 from sceann_hil.study.local import LocalWorkers, cores
 from sceann_hil.study.lockstep import Block, BlockResult, compute_block, lockstep
 from sceann_hil.study.runner import Observer, Todo, run_study
@@ -35,4 +35,5 @@ __all__ = [
     "lockstep",
     "parse_study",
     "run_study",
+    "study_schema_text",
 ]

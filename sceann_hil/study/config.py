@@ -96,6 +96,16 @@ def parse_study(text: str, source: str, overrides: Sequence[str] = ()) -> Study:
     return Study(config, _conditions(config, document))
 
 
+def study_schema_text() -> str:
+    """A JSON schema (draft 2020-12) of a study's file, as ``configs/paper/schema.json`` holds it."""
+    schema = {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **StudyConfig.model_json_schema(),
+        "title": "SCEANN study",
+    }
+    return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
+
+
 def load_conditions(path: FilePath | str, overrides: Sequence[str] = ()) -> tuple[str, tuple[Condition, ...]]:
     """A name and the conditions of a study's file, or the one condition of an experiment's; errors as in
     `load_study`. Conditions keep the file's seed here."""

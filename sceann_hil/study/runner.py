@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import errno
-import sqlite3
-import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Protocol
 
+from sceann_hil.disk import when_there_is_room
 from sceann_hil.errors import ConfigError
 from sceann_hil.study.condition import Condition
 from sceann_hil.study.config import Study
@@ -18,8 +17,6 @@ from sceann_hil.study.store import StudyStore
 
 TRIALS_AT_ONCE = 10_000
 """Trials of one robot call: enough to keep every lane busy, few enough that memory does not matter."""
-SECONDS_BETWEEN_ATTEMPTS = 10.0
-"""How often a full disk is tried again."""
 
 
 class Workers(Protocol):
@@ -108,39 +105,8 @@ def run_study(study: Study, directory: Path, workers: Workers, observer: Observe
         todo = Todo.of(study, store)
         observer.begin(todo)
         for result in workers.compute(todo.blocks(workers.count)):
-            record_when_there_is_room(store, result, observer.disk_full)
+            when_there_is_room(partial(store.record, result), observer.disk_full)
             observer.finished(study.conditions[result.block.condition], result)
-
-
-def record_when_there_is_room(
-    store: StudyStore, result: BlockResult, tell: Callable[[], None], wait: Callable[[float], None] = time.sleep
-) -> None:
-    """Record a result; while the disk is full, say so once and try again until it is not.
-
-    Args:
-        store: the database.
-        result: what to keep; nothing of it is lost meanwhile.
-        tell: called before the first wait.
-        wait: how to wait for some seconds.
-    """
-    told = False
-    while True:
-        try:
-            store.record(result)
-            return
-        except (sqlite3.OperationalError, OSError) as error:
-            if not _is_disk_full(error):
-                raise
-        if not told:
-            tell()
-            told = True
-        wait(SECONDS_BETWEEN_ATTEMPTS)
-
-
-def _is_disk_full(error: Exception) -> bool:
-    if isinstance(error, sqlite3.OperationalError):
-        return error.sqlite_errorcode == sqlite3.SQLITE_FULL
-    return isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT)
 
 
 def _refuse_physical_robots(study: Study) -> None:

@@ -15,7 +15,7 @@ from sceann_hil.config import load_config, parse_config, schema_text
 from sceann_hil.experiment import Experiment
 
 CONFIGS = Path(__file__).parent.parent.parent / "configs"
-FILES = sorted(CONFIGS.rglob("*.yaml"))
+FILES = sorted(CONFIGS.glob("*.yaml"))
 
 
 def test_the_shipped_schema_is_current() -> None:

@@ -1,4 +1,4 @@
-"""Random networks over codings, sizes and readings of the neuron, and the reference's states for all of them at once."""
+"""Random networks over codings, sizes and readings of the neuron, and the reference's states for all at once."""
 
 from __future__ import annotations
 
@@ -39,7 +39,9 @@ def random_image(generator: np.random.Generator, largest: int = MAX_SOURCES) -> 
 
 def random_sensors(generator: np.random.Generator, n_steps: int, n_sensors: int) -> NDArray[np.uint16]:
     """Slow drifts, noise and the extremes."""
-    drift = np.cumsum(generator.integers(-40, 41, (n_steps, n_sensors)), axis=0) + generator.integers(0, 1024, n_sensors)
+    drift = np.cumsum(generator.integers(-40, 41, (n_steps, n_sensors)), axis=0) + generator.integers(
+        0, 1024, n_sensors
+    )
     values = np.abs(drift) % 2047
     values = np.where(values > 1023, 2046 - values, values)
     jump = generator.random((n_steps, n_sensors))

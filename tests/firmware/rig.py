@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+
 from backends.emulation.posix import Alarm, BoardRecord, PosixBoard, RecordKind
 from sceann_hil.coding import Coding, NetworkSize
 from sceann_hil.firmware.client import Message, Mode, Op, RobotClient, Telemetry
@@ -16,7 +17,16 @@ from sceann_hil.firmware.image import ControllerImage
 N_SENSORS, N_MOTORS = 3, 2
 TICK_S = 0.02
 STATE = {"IDLE": 1, "LOADED": 2, "ARMED": 3, "RUNNING": 4, "SAFE": 5, "ESTOP": 6}
-REASON = {"MAX_TICKS": 0, "LINK_LOST": 16, "BATTERY": 17, "FAULT": 19, "ESTOP": 20, "OVERRUN": 21, "STOPPED": 32, "BUMPER": 33}
+REASON = {
+    "MAX_TICKS": 0,
+    "LINK_LOST": 16,
+    "BATTERY": 17,
+    "FAULT": 19,
+    "ESTOP": 20,
+    "OVERRUN": 21,
+    "STOPPED": 32,
+    "BUMPER": 33,
+}
 SENSORS = [100, 500, 900]
 
 
@@ -63,7 +73,9 @@ class Rig:
         self.client.upload(image or an_image())
         return self.client
 
-    def start(self, trial_id: int = 1, max_ticks: int = 1000, mode: Mode = Mode.ONBOARD, telemetry: int = 0) -> RobotClient:
+    def start(
+        self, trial_id: int = 1, max_ticks: int = 1000, mode: Mode = Mode.ONBOARD, telemetry: int = 0
+    ) -> RobotClient:
         client = self.ready()
         client.start(trial_id, max_ticks, mode, TICK_S, Telemetry(telemetry))
         return client

@@ -10,11 +10,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from backends.emulation.qemu import qemu_command
 from backends.emulation.simavr import AvrChip, symbols
 from sceann_hil.controller import sigmoid, state_hash
-from sceann_hil.firmware.build import AVR, CORTEX_M3, CORTEX_M4, FIRMWARE, HOST_CLANG, HOST_GCC, Board, Toolchain, compile_c
-
+from sceann_hil.firmware.build import (
+    AVR,
+    CORTEX_M3,
+    CORTEX_M4,
+    FIRMWARE,
+    HOST_CLANG,
+    HOST_GCC,
+    Board,
+    Toolchain,
+    compile_c,
+)
 from tests.firmware.networks import MAX_SENSORS, Case, cases
 
 HERE = Path(__file__).parent / "c"

@@ -14,10 +14,10 @@ import zlib
 from pathlib import Path
 
 import numpy as np
-from sceann_hil.controller import ARITHMETIC_ID
-from sceann_hil.firmware.build import HOST_CLANG, FIRMWARE, compile_c
-from sceann_hil.firmware.client import encode_frame
 
+from sceann_hil.controller import ARITHMETIC_ID
+from sceann_hil.firmware.build import FIRMWARE, HOST_CLANG, compile_c
+from sceann_hil.firmware.client import encode_frame
 from tests.firmware.networks import random_image
 
 HERE = Path(__file__).parent
@@ -53,7 +53,9 @@ def conversation(seed: int) -> bytes:
     for tick in range(6):
         sensors = sum(int(generator.integers(1024)) << 10 * k for k in range(6)) | tick << 60
         page = sensors.to_bytes(8, "little")
-        ticks += encode_frame(0x201, page) + encode_frame(0x601, page) + encode_frame(0x301, bytes([tick, 0, 0, 2, 0, 1]))
+        ticks += (
+            encode_frame(0x201, page) + encode_frame(0x601, page) + encode_frame(0x301, bytes([tick, 0, 0, 2, 0, 1]))
+        )
         ticks += bytes([0xF9]) + beat
     after = command(0x48, 1, 0, layout="BH") + command(0x59) + command(0x6A) + command(0x66) + command(0x77)
     return bytes([2 * (seed % 2)]) + hello + load + b"".join(chunks) + commit + command(0x34) + start + ticks + after

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from backends.emulation.measure import avr_cost, cortex_m3_cost, cortex_m3_self_test, with_header
 from backends.emulation.simavr import AvrChip, symbols
 from sceann_hil.coding import Coding, NetworkSize
@@ -16,7 +17,6 @@ from sceann_hil.errors import FirmwareBuildFailed
 from sceann_hil.firmware.build import AVR, HOST_CLANG, HOST_GCC, WARNINGS, compile_c, find_tool
 from sceann_hil.firmware.header import Optimize, c_header
 from sceann_hil.firmware.image import ControllerImage
-
 from tests.firmware.networks import Case, cases, random_sensors
 
 HERE = Path(__file__).parent / "c"
@@ -71,7 +71,9 @@ def test_self_test_passes_on_a_cortex_m3(optimize: Optimize, neuron: Neuron) -> 
 
 @pytest.mark.parametrize("optimize", Optimize)
 def test_self_test_passes_on_an_atmega328p(optimize: Optimize, tmp_path: Path) -> None:
-    elf = with_header(AVR, "header_avr.c", c_header(image_of(Coding.SCEANN1), "net", optimize), tmp_path, ("-DNET_SELF_TEST",))
+    elf = with_header(
+        AVR, "header_avr.c", c_header(image_of(Coding.SCEANN1), "net", optimize), tmp_path, ("-DNET_SELF_TEST",)
+    )
     mailbox = symbols(elf)["mailbox"]
     with AvrChip(elf) as chip:
         chip.run(10_000)
@@ -116,7 +118,9 @@ def test_compiles_without_a_warning(compiler: str, optimize: Optimize, tmp_path:
         (tmp_path / "net.h").write_text(c_header(image, "net", optimize))
         for extra in ([], ["-DNET_SELF_TEST"]):
             used = HERE / "selftest.c" if extra else tmp_path / "net_only.c"
-            (tmp_path / "net_only.c").write_text('#include "net.h"\nvoid f(net_t *n);\nvoid f(net_t *n) { net_reset(n); }\n')
+            (tmp_path / "net_only.c").write_text(
+                '#include "net.h"\nvoid f(net_t *n);\nvoid f(net_t *n) { net_reset(n); }\n'
+            )
             command = [find_tool(program, package), standard, "-O2", *WARNINGS, *CHIP.get(program.split("-")[0], [])]
             command += [*extra, f"-I{tmp_path}", "-x", language, "-c", str(used), "-o", str(tmp_path / "o")]
             done = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from backends.emulation.lines import emulated_line
 from sceann_hil.coding import Coding, NetworkSize
 from sceann_hil.controller import Dynamics, Neuron
@@ -30,7 +31,7 @@ def test_every_state_is_equal_on_every_board(board: Board) -> None:
 
 def test_a_board_that_computes_something_else_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
     other = ControllerImage(IMAGE.genome, IMAGE.coding, IMAGE.size, Dynamics(Neuron.MEMORYLESS))
-    monkeypatch.setattr(ControllerImage, "controller", lambda self: _reference_of(other))
+    monkeypatch.setattr(ControllerImage, "controller", lambda _: _reference_of(other))
     with emulated_line(Board.POSIX) as line:
         result = verify(RobotClient(line), IMAGE, random_sequences(np.random.default_rng(3), 5, 50, 7))
     assert not result.equal

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 from pathlib import Path
 
@@ -21,6 +22,7 @@ from sceann_hil.landscape import (
     landscapes_in,
 )
 from sceann_hil.landscape.analysis import expected_best, solution_neighbours
+from sceann_hil.landscape.files import LandscapeWriter
 from sceann_hil.robot import Trials
 from sceann_hil.seeds import Purpose, keys
 
@@ -168,3 +170,24 @@ def test_another_experiment_s_folder_is_refused_with_the_difference(tmp_path: Pa
         enumerate_landscape(config_of(POLE, "task.max_steps=40"), tmp_path, 1)
     with pytest.raises(NotARun, match="not a landscape"):
         Landscape(tmp_path / "nowhere")
+
+
+def test_a_full_disk_pauses_the_enumeration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    config = config_of(POLE, "controller.n_hidden=2")
+    told: list[str] = []
+
+    class Full(LandscapeWriter):
+        attempts = 0
+
+        def write(self, chunk: int, first: int, *values: np.ndarray) -> None:
+            Full.attempts += 1
+            if Full.attempts < 3:
+                raise OSError(errno.ENOSPC, "No space left on device")
+            super().write(chunk, first, *values)
+
+    monkeypatch.setattr(enumeration, "LandscapeWriter", Full)
+    monkeypatch.setattr("sceann_hil.disk.SECONDS_BETWEEN_ATTEMPTS", 0.0)
+    landscape = enumerate_landscape(config, tmp_path / "full", 1, disk_full=lambda: told.append("full"))
+    assert told == ["full"]
+    monkeypatch.undo()
+    np.testing.assert_array_equal(landscape.fitness, enumerate_landscape(config, tmp_path / "roomy", 1).fitness)

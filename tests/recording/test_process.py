@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import sqlite3
 import subprocess
@@ -11,6 +12,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import sceann_hil
 from sceann_hil.journal import JOURNAL_NAME
 from sceann_hil.recording import Detail, RecorderProcess, RecordingPaths, State
 
@@ -87,3 +89,15 @@ def test_stop_ends_it_at_once(run: Path) -> None:
     recorder.start()
     recorder.stop()
     assert recorder.poll().state in (State.FAILED, State.FINISHED)
+
+
+def test_no_other_package_imports_rerun() -> None:
+    root = Path(sceann_hil.__file__).parents[1]
+    found = {
+        path.relative_to(root).as_posix()
+        for package in ("sceann_hil", "backends")
+        for path in (root / package).rglob("*.py")
+        if re.search(r"^\s*(import|from) rerun", path.read_text(), re.MULTILINE)
+    }
+    assert found
+    assert all(name.startswith("sceann_hil/recording/") for name in found), found

@@ -35,9 +35,10 @@ def test_what_the_robot_sensed_is_in_the_journal(board: PosixBoard, tmp_path: Pa
     reader = JournalReader(tmp_path / "hil")
     attempts = reader.attempts(0)
     for row in attempts:
-        sensors = reader.sensors(row.id, n_sensors=2)
-        assert sensors is not None
-        assert len(sensors) == row.steps
+        measured = reader.measured(row.id)
+        assert measured is not None
+        assert measured[0].shape == (row.steps, 2)
+        assert tuple(measured[1][-1].tolist()) == row.final_state
     reader.close()
     assert (
         len(attempts)

@@ -132,7 +132,7 @@ def test_frames_go_wrong(bad_robot: Robot, expected: object, tmp_path: Path) -> 
 
 
 def test_a_trial_whose_sensors_got_lost_is_void_and_the_run_pauses_after_four_attempts(
-    bad_robot: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    bad_robot: Robot, expected: object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     virtual, line = bad_robot
     note = RobotLink._note
@@ -146,6 +146,9 @@ def test_a_trial_whose_sensors_got_lost_is_void_and_the_run_pauses_after_four_at
         evolve(tmp_path / "run", pole_run(real_robot(virtual, line.port), **TINY))
     assert end_reasons(tmp_path / "run") == [EndReason.LINK_LOST, EndReason.LINK_LOST] * 4
     assert counted_results(tmp_path / "run") == []
+    monkeypatch.undo()
+    assert resume(tmp_path / "run") is Outcome.FINISHED
+    assert counted_results(tmp_path / "run") == expected
 
 
 def test_an_emergency_stop_halts_the_run_and_stays_until_somebody_resumes(

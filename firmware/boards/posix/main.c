@@ -142,7 +142,7 @@ int main(int argc, char **argv)
     static sceann_port port = { .name = "posix",
                                 .node = 1,
                                 .capabilities = SCEANN_HAS_HIL | SCEANN_HAS_WATCHDOG,
-                                .tick_min = 5,
+                                .tick_min = 1,
                                 .tick_max = 2500,
                                 .clock_us = clock_us,
                                 .receive = line_receive,
@@ -173,7 +173,7 @@ int main(int argc, char **argv)
         case BAUD: baud = (uint32_t)number("baud", optarg, 300, 4000000); break;
         case NODE: port.node = (uint8_t)number("node", optarg, 1, 127); break;
         case NAME: strncpy(port.name, optarg, sizeof port.name - 1u); break;
-        case ID: set_unique_id(port.unique_id, number("id", optarg, 0, 0xFFFFFFFFFFFFl)); break;
+        case ID: set_unique_id(port.unique_id, number("id", optarg, 0, 0xFFFFFFFFFFFFL)); break;
         case CAUSE: port.reset_cause = (uint8_t)number("reset-cause", optarg, 0, 5); break;
         default: return EXIT_USAGE;
         }

@@ -55,7 +55,7 @@ static const uint16_t walker_nodes[130] WALKER_TABLE = {
 };
 
 /* The refractory reset and the sigmoid: u in the low half, x in the high half. Beyond +-8192 u becomes 0.
- * x = T[k] + ((T[k+1] - T[k]) f + 64 >> 7) with u + 8192 = 128 k + f; the bytes of twice that are k and 2 f. */
+ * x = T[k] + ((T[k+1] - T[k]) f + 64 >> 7) with u + 8192 = 128 k + f; twice that has the bytes k and 2 f */
 #ifdef WALKER_AVR_ASSEMBLER
 static __attribute__((noinline, unused)) uint32_t walker_neuron(uint16_t sum)
 {

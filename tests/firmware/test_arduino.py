@@ -1,0 +1,128 @@
+"""The folder as an Arduino library, its sketch on the Arduino core, a real avrdude against a real boot loader."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from backends.emulation.simavr import EXTERNAL_RESET, HZ, AvrChip
+from backends.emulation.terminal import ChipTerminal
+from sceann_hil.coding import Coding, NetworkSize
+from sceann_hil.errors import FlashFailed
+from sceann_hil.firmware.build import AVR, FIRMWARE, Board, find_tool
+from sceann_hil.firmware.client import RobotClient
+from sceann_hil.firmware.flash import flash, flash_genome, plan_flash, upload_firmware, upload_genome
+from sceann_hil.firmware.image import ControllerImage
+from tests.firmware.rig import an_image
+
+ARDUINO = Path("/usr/share/arduino/hardware/arduino/avr")
+BOOTLOADER = ARDUINO / "bootloaders" / "optiboot" / "optiboot_atmega328.hex"
+BOOT_PC = 0x7E00
+SKETCH = FIRMWARE / "examples" / "Walker" / "Walker.ino"
+
+
+def arduino_build(sketch: Path, folder: Path) -> Path:
+    """Compiles a sketch as the Arduino IDE does: core, this library, the sketch."""
+    flags = ["-mmcu=atmega328p", "-DF_CPU=16000000L", "-DARDUINO=10819", "-DARDUINO_AVR_UNO", "-DARDUINO_ARCH_AVR"]
+    flags += ["-Os", "-w", "-ffunction-sections", "-fdata-sections", "-DDECIMAL_DIG=__DECIMAL_DIG__"]
+    core = ARDUINO / "cores" / "arduino"
+    includes = [f"-I{path}" for path in (core, ARDUINO / "variants" / "standard", FIRMWARE / "src", sketch.parent)]
+    gcc, gxx = find_tool("avr-gcc", AVR.package), find_tool("avr-g++", AVR.package)
+    objects = []
+    sources = [*core.glob("*.c"), *core.glob("*.cpp"), *core.glob("*.S"), *(FIRMWARE / "src").glob("*.c"), sketch]
+    for source in sources:
+        target = folder / f"{source.parent.name}_{source.name}.o"
+        if source.suffix == ".ino":
+            command = [gxx, "-std=gnu++11", "-fpermissive", "-fno-exceptions", "-include", "Arduino.h", "-x", "c++"]
+        elif source.suffix == ".cpp":
+            command = [gxx, "-std=gnu++11", "-fpermissive", "-fno-exceptions", "-fno-threadsafe-statics"]
+        else:
+            command = [gcc, "-std=gnu11"] if source.suffix == ".c" else [gcc, "-x", "assembler-with-cpp"]
+        subprocess.run([*command, *flags, *includes, "-c", str(source), "-o", str(target)], check=True)
+        objects.append(str(target))
+    elf = folder / "sketch.elf"
+    subprocess.run([gcc, *flags, "-Wl,--gc-sections", *objects, "-lm", "-o", str(elf)], check=True)
+    return elf
+
+
+def test_the_example_sketch_runs_on_the_arduino_core(tmp_path: Path) -> None:
+    elf = arduino_build(SKETCH, tmp_path)
+    with AvrChip(elf) as chip:
+        sensors = [12, 300, 511, 512, 1023]
+        for channel, value in enumerate(sensors):
+            chip.set_analogue(channel, value)
+        text = b""
+        while text.count(b"\n") < 12:
+            text += chip.read(1.0)
+            assert chip.cycles < 5 * HZ
+    lines = text.decode().splitlines()
+    assert lines[0] == "self-test passed"
+    banner = (SKETCH.parent / "walker.h").read_text()
+    genome = re.search(r"^ \* genome +([0-9a-f]+)$", banner, re.MULTILINE)
+    assert genome is not None
+    size = NetworkSize(5, 2, 2)
+    bits = np.unpackbits(np.frombuffer(bytes.fromhex(genome[1]), np.uint8))
+    controller = ControllerImage(bits[: Coding.SCEANN3.genome_length(size)], Coding.SCEANN3, size).controller()
+    for line in lines[1:11]:
+        assert [int(word) for word in line.split()] == controller.step(np.array(sensors)).tolist()
+
+
+def test_library_descriptions_agree_with_the_firmware() -> None:
+    properties = dict(line.split("=", 1) for line in (FIRMWARE / "library.properties").read_text().splitlines())
+    platformio = json.loads((FIRMWARE / "library.json").read_text())
+    header = (FIRMWARE / "src" / "sceann_robot.h").read_text()
+    version = ".".join(re.findall(r"SCEANN_FIRMWARE_(?:MAJOR|MINOR|PATCH) (\d+)u", header))
+    assert properties["version"] == platformio["version"] == version
+    assert {"name", "author", "maintainer", "sentence", "paragraph", "category", "url", "architectures"} <= set(
+        properties
+    )
+    assert (FIRMWARE / platformio["build"]["srcDir"] / platformio["headers"]).exists()
+    for example in platformio["examples"]:
+        assert all((FIRMWARE / example["base"] / name).exists() for name in example["files"])
+
+
+def test_avrdude_uploads_the_firmware_and_the_robot_answers_with_the_genome(tmp_path: Path) -> None:
+    boot = tmp_path / "boot.bin"
+    objcopy = find_tool("avr-objcopy", AVR.package)
+    subprocess.run([objcopy, "-I", "ihex", "-O", "binary", str(BOOTLOADER), str(boot)], check=True)
+    image = an_image(n_sensors=5)
+    with ChipTerminal(lambda: AvrChip(boot, reset_pc=BOOT_PC, reset_flags=EXTERNAL_RESET), 0.4) as terminal:
+        port = str(terminal.port)
+        on_robot = flash(image, plan_flash(image, Board.UNO, port), port)
+        assert on_robot.descriptor.name == "uno"
+        assert (on_robot.descriptor.n_sensors, on_robot.descriptor.n_motors) == (5, 2)
+        assert (on_robot.genome_crc, on_robot.stored) == (image.record_crc, True)
+        other = an_image(n_sensors=5, seed=2)
+        assert flash_genome(other, port).genome_crc == other.record_crc
+
+
+def test_an_upload_to_nothing_names_tool_and_port(tmp_path: Path) -> None:
+    port = str(tmp_path / "nothing")
+    with pytest.raises(FlashFailed, match="avrdude could not write the board") as failed:
+        upload_firmware(plan_flash(an_image(n_sensors=5), Board.UNO, port))
+    assert port in failed.value.hint
+
+
+def test_a_sketch_that_is_not_ours_is_told_apart_from_silence(tmp_path: Path) -> None:
+    with AvrChip(arduino_build(SKETCH, tmp_path)) as chip, pytest.raises(FlashFailed, match="something else than"):
+        upload_genome(RobotClient(chip), an_image(n_sensors=5), "the board")
+
+
+class Silence:
+    def write(self, data: bytes) -> None:
+        pass
+
+    def read(self, timeout_s: float) -> bytes:
+        return b""
+
+
+def test_silence_is_silence(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sceann_hil.firmware.serial_line.START_S", 0.0)
+    monkeypatch.setattr("sceann_hil.firmware.client.REPLY_TIMEOUT_S", 0.01)
+    with pytest.raises(FlashFailed, match="silence"):
+        upload_genome(RobotClient(Silence()), an_image(), "the board")
