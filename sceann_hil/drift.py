@@ -7,7 +7,7 @@ assumption about the noise, and a battery that fades or a wheel that wears gives
 from __future__ import annotations
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,7 @@ from sceann_hil.coding import genome_from_hex
 from sceann_hil.drift_settings import ReferenceConfig
 from sceann_hil.evaluator import Phenotype
 from sceann_hil.journal import Journal
-from sceann_hil.robot import Robot, Trials
+from sceann_hil.robot import Results, Robot, Trials
 from sceann_hil.seeds import Purpose, keys
 from sceann_hil.task import Task
 
@@ -25,6 +25,9 @@ SIGNIFICANCE = 0.01
 """Probability of a warning about a robot that does not drift, each time that it is asked."""
 _FIRST_ID = 2**40
 """Reference runs have attempt ids of their own, so that the robot tells them from trials."""
+
+
+RunReference = Callable[[Trials, int], Results | None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,8 +104,17 @@ class ReferenceRuns:
         self._run_id = zlib.crc32(f"reference {run.created_at} {run.root_seed}".encode())
         self._last_at: int | None = None
 
-    def run_if_due(self, trials: int) -> str | None:
-        """Run the genome if so many trials have ended since the last time; returns a warning if the robot drifts."""
+    def run_if_due(self, trials: int, run: RunReference) -> str | None:
+        """Run the genome if so many trials have ended since the last time.
+
+        Args:
+            trials: that have ended in the run, reference runs included.
+            run: runs one trial from the task's start of this number, with the operator's help where that is needed;
+                None if the operator wants it later.
+
+        Returns:
+            A warning if the robot drifts.
+        """
         every = self._settings.every
         if every is None or self._robot.spec.repeatable:
             return None
@@ -112,10 +124,13 @@ class ReferenceRuns:
         genome = self._genome(rows[0].genome if rows else None)
         if trials - last_at < every or genome is None:
             return None
-        self._last_at = trials
         number = len(rows)
         trial = self._settings.trial % self._task.n_trials
-        results = self._robot.run(self._trials(genome, trial, number))
+        results = run(self._trials(genome, trial, number), trial)
+        if results is None:
+            return None
+        # the reference run is one of the trials that will be told next time
+        self._last_at = trials + 1
         self._journal.record_reference(genome, trial, results, float(self._task.fitness(results)[0]))
         counted = [row.fitness for row in self._journal.reader.references() if row.fitness is not None]
         warning = Drift.of(counted).warning

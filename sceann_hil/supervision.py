@@ -12,10 +12,12 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from sceann_hil.budget import Meter
+from sceann_hil.drift import RunReference
 from sceann_hil.evaluator import Attended
 from sceann_hil.forecast import Forecast
 from sceann_hil.journal import Circumstances, Journal, Slots
@@ -60,7 +62,7 @@ class Supervisor:
         facts: for the display.
         confirm: ask after every trial whether it counts.
         whole_generations: do not begin a generation that does not fit the budget.
-        reference: runs the reference genome if that is due; told how many trials have ended.
+        reference: runs the reference genome if that is due; told how many trials have ended, and how to run one.
     """
 
     def __init__(
@@ -75,7 +77,7 @@ class Supervisor:
         *,
         confirm: bool = True,
         whole_generations: bool = False,
-        reference: Callable[[int], str | None] = lambda _: None,
+        reference: Callable[[int, RunReference], str | None] = lambda _trials, _run: None,
     ) -> None:
         self._robot = robot
         self._journal = journal
@@ -116,7 +118,8 @@ class Supervisor:
                 refusal = self._meter.refusal(len(slots), on_average=True)
             if refusal:
                 raise Stopped(StopReason.BUDGET, refusal)
-            self._warning = self._reference(int(self._meter.spent.trials)) or self._warning
+            trials = int(self._meter.spent.trials)
+            self._warning = self._reference(trials, partial(self._run_reference, generation)) or self._warning
             self._publish()
             if not self._asks:
                 return True
@@ -162,6 +165,21 @@ class Supervisor:
             paused_s=self._desk.paused_s(),
         )
         return Attended(results, circumstances, at_once, then)
+
+    def _run_reference(self, generation: int, trials: Trials, trial: int) -> Results | None:
+        """One run of the reference genome; it is asked for like any other trial, and never judged."""
+        situation = replace(self._describe(generation, 0, trial, 0), reference=True)
+        if self._asks and self._desk.ask(Phase.BEFORE, situation).verb is Verb.SKIP:
+            return None
+        began_s = time.monotonic()
+        with self._desk.flight(situation, self._robot.interrupt) as flight:
+            results = self._robot.run(trials)
+        void = flight.void_reason
+        results = self._timed(results if void is None else self._void(trials, void), time.monotonic() - began_s)
+        if EndReason.EMERGENCY_STOP in results.end_reasons:
+            raise EmergencyStop("an emergency stop ended a reference run")
+        self._meter.add(float(results.durations_s[0]), 0.0, self._robot.health().battery_fraction)
+        return results
 
     # -- what it asks -----------------------------------------------------------------------------------------------
 

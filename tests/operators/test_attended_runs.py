@@ -148,6 +148,21 @@ def test_notes_and_everything_said_are_journalled(tmp_path: Path) -> None:
     assert said == ["note by script while before: the floor is wet", "battery_swapped by script while before"]
 
 
+def test_reference_runs_are_asked_for_like_any_other_trial(tmp_path: Path) -> None:
+    robots: list[Beside] = []
+
+    def robot(body: Any) -> Beside:
+        robots.append(Beside(body))
+        return robots[0]
+
+    script = ["ready"] * 6 + ["skip"] + ["ready"] * 30
+    outcome, _ = attended_run(tmp_path / "run", script, "reference.every=4", "operator.confirm=false", robot=robot)
+    assert outcome is Outcome.FINISHED
+    references = rows(tmp_path / "run", "SELECT count(*) FROM reference")[0][0]
+    assert references >= 1
+    assert robots[0].starts == N_TRIALS + references
+
+
 class _EndlessFirst(Beside):
     """Only the first trial waits to be interrupted."""
 

@@ -15,10 +15,11 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.remote.webdriver import WebDriver
 from selenium.webdriver.support.ui import WebDriverWait
 
-from sceann_hil.operators import Desk, Finished, Phase, Situation, Status, Verb
+from sceann_hil.operators import ACCEPTED, Desk, Finished, Phase, Situation, Status, Verb
 from sceann_hil.operators.web import WebPanel
 from sceann_hil.robot import EndReason
 from sceann_hil.scenery import ArenaScenery
+from tests.operators.stations import desk_in
 
 ARENA = ArenaScenery((0.6, 0.6), (0.55, 0.55), 0.05, 0.0275, (0.8, 0.4, 0.0, -0.4, -0.8), 0.26)
 START = (("x_m", 0.1), ("y_m", 0.12), ("heading_rad", 0.785))
@@ -234,3 +235,15 @@ def test_a_browser_that_goes_away_answers_nothing(browser: WebDriver, desk: Desk
     assert asking.answers == []
     desk.press(Verb.DISCARD, by="test", question=desk.view().question, text="nobody there")
     asking.join()
+
+
+@pytest.mark.parametrize("phase", [phase for phase in Phase if phase is not Phase.CLOSED])
+def test_the_page_offers_what_is_accepted_and_nothing_else(browser: WebDriver, phase: Phase) -> None:
+    with desk_in(phase) as run, WebPanel(run.desk, "127.0.0.1", 0, ARENA) as panel:
+        browser.get(panel.url)
+        wait(browser, f"document.body.dataset.phase === '{phase.value}'")
+        wait(browser, "[...document.querySelectorAll('button[data-verb]')].every(b => !b.disabled)")
+        offered = browser.execute_script(
+            "return [...document.querySelectorAll('button[data-verb]')].map(b => b.dataset.verb)"
+        )
+        assert sorted(offered) == sorted(verb.value for verb in ACCEPTED[phase])

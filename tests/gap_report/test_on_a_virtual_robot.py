@@ -1,0 +1,66 @@
+"""A robot whose body has a gap, at the end of a serial line: the gap is found from what its firmware sent."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from backends.cartpole import CartPole
+from backends.emulation.body import VirtualBody
+from backends.emulation.virtual_posix import VirtualPosix
+from backends.simulation.gap import Gap
+from backends.simulation.gap import Spread as GapSpread
+from sceann_hil.evaluator import Phenotype
+from sceann_hil.experiment import Experiment, Outcome
+from sceann_hil.gap_report import measure
+from sceann_hil.journal import JournalReader
+from sceann_hil.operators import Desk
+from sceann_hil.operators.script import Script, Step
+from sceann_hil.rehearsal import rehearsal
+from tests.remote.trials import hil_robot, pole_run, real_robot
+from tests.runs import config_of
+
+
+def test_its_gap_is_estimated_from_its_own_traces() -> None:
+    gap = Gap(sensor_offset=GapSpread(0.015), motor_gain=GapSpread(0.85), latency_steps=GapSpread(1.0))
+    with VirtualPosix(VirtualBody(CartPole(gap=gap))) as virtual, CartPole() as simulation:
+        config = config_of(pole_run(real_robot(virtual, virtual.port), max_steps=80))
+        phenotype = Phenotype(config.controller.coding, config.size, config.controller.dynamics)
+        with config.robot.build() as robot:
+            genomes = np.random.default_rng(4).integers(0, 2, (10, config.genome_length), dtype=np.uint8)
+            real = measure(robot, phenotype, config.task.build(), genomes, 1, 1)
+            timing = robot.timing
+        found = simulation.estimate_gap(real.starts, real.traces)
+    assert found.latency_steps == 1
+    assert found.motor_gain == pytest.approx(0.85, abs=0.04)
+    assert found.sensor_offset == pytest.approx((0.015, 0.015), abs=0.003)
+    assert all(len(durations) > 0 for durations in timing.values())
+
+
+def test_an_attended_run_on_a_virtual_robot_with_everything_that_can_be_said(tmp_path: Path) -> None:
+    with VirtualPosix(VirtualBody(CartPole())) as virtual:
+        robot = real_robot(virtual, virtual.port).replace("rig:", "attended: true, rig:")
+        config = config_of(pole_run(robot, population=2, generations=1, max_steps=3000))
+        lines = ["ready", "running: stop after 0.1 s", "ready", "redo", "ready", "running: pause_now after 0.1 s"]
+        lines += ["paused: resume", "skip"] + ["ready", "accept"] * 10
+        desk = Desk()
+        with (
+            Experiment.create(config, tmp_path / "run") as experiment,
+            config.robot.build() as remote,
+            Script(desk, [Step.parse(line) for line in lines]),
+        ):
+            assert experiment.evolve(remote, desk=desk) is Outcome.FINISHED
+    rows = [row for g in (0, 1) for row in JournalReader(tmp_path / "run").attempts(g)]
+    assert sum(row.fitness is not None for row in rows) == 4
+    notes = [row.note for row in rows if row.fitness is None]
+    assert notes == ["stop by an operator", "redo: to be done again", "pause now by an operator"]
+    assert all((row.robot_s or 0.0) > 0.05 for row in rows)
+
+
+def test_a_run_in_the_loop_is_rehearsed_with_its_own_body() -> None:
+    play = rehearsal(config_of(pole_run(hil_robot("nowhere"))))
+    assert play.config.robot.type == "cartpole"
+    assert json.loads(play.config.operator.model_dump_json())["who"] == ["script"]
