@@ -43,4 +43,4 @@ def compiled(function: _Function) -> _Function:
 
 def compiled_part(function: _Function) -> _Function:
     """Like `compiled`, for the pieces that only other compiled functions call; they need no cache of their own."""
-    return cast(_Function, numba.njit(error_model="numpy")(function))
+    return cast(_Function, numba.njit(error_model="numpy", forceinline=True)(function))
