@@ -13,11 +13,13 @@ from sceann_hil.commands import (
     champion,
     evolve,
     firmware,
+    gap,
     hardware,
     inspect,
     landscape,
     observe,
     prepare,
+    rehearse,
     report,
     study,
 )
@@ -32,7 +34,8 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="Exit codes: see docs/exit-codes.md. Start with: sceann evolve configs/quickstart.yaml",
 )
-for module in (prepare, evolve, inspect, observe, study, landscape, report, champion, firmware, hardware):
+MODULES = (prepare, rehearse, evolve, inspect, observe, gap, study, landscape, report, champion, firmware, hardware)
+for module in MODULES:
     module.register(app)
 for entry in entry_points(group="sceann_hil.commands"):
     entry.load()(app)

@@ -48,6 +48,9 @@ class ExitCode(IntEnum):
     EMERGENCY_STOP = 33, "Somebody pressed stop."
     WORKERS_LOST = 34, "The cluster or the worker processes of a study are gone; the study can be continued."
     INTERRUPTED = 40, "Stopped after the current generation, as asked (Ctrl-C); the run can be resumed."
+    OPERATOR_FINISHED = 41, "The operator finished the run; it can be resumed."
+    BUDGET_SPENT = 42, "A budget is spent; the run can be resumed with more (`--budget-robot 2h`)."
+    PANEL = 43, "The operator's web panel cannot be opened; nothing was started."
     TOOL_MISSING = 50, "A compiler, upload tool or emulator is not installed, or there is no such board."
     FIRMWARE_BUILD = 51, "The firmware or a header could not be built for this controller or board."
     FLASH = 52, "The upload failed, or the board does not answer with the firmware that was sent."
@@ -204,6 +207,12 @@ class VerifyDiffers(UserError):
     """A board did not compute what the reference computes."""
 
     exit_code = ExitCode.VERIFY_DIFFERS
+
+
+class PanelUnavailable(UserError):
+    """The web panel's port is in use, or its address is not this machine's."""
+
+    exit_code = ExitCode.PANEL
 
 
 class InterruptedNow(UserError):

@@ -14,20 +14,27 @@ import os
 import platform
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from enum import Enum, auto
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Self
 
 from sceann_hil.ancestor import Ancestor
+from sceann_hil.budget import Amounts, Meter
 from sceann_hil.config import ExperimentConfig, dump_config, parse_config
+from sceann_hil.drift import ReferenceRuns
 from sceann_hil.errors import RunExists
-from sceann_hil.evaluator import Evaluator, Phenotype, Stopped
+from sceann_hil.evaluator import Companion, Evaluator, Phenotype
 from sceann_hil.evolution import Algorithm, State
-from sceann_hil.journal import LOCK_NAME, GenerationRow, IndividualRow, Journal, RunLock
+from sceann_hil.forecast import Forecast
+from sceann_hil.journal import LOCK_NAME, GenerationRow, IndividualRow, Journal, RunLock, Slots
+from sceann_hil.operators import Desk
 from sceann_hil.robot import Robot
 from sceann_hil.seeds import Purpose, generator
+from sceann_hil.stopping import Stopped, StopReason
+from sceann_hil.supervision import RunFacts, Supervisor
+from sceann_hil.task import Task
 
 CONFIG_NAME = "config.yaml"
 
@@ -38,6 +45,15 @@ class Outcome(Enum):
     FINISHED = auto()
     STOPPED_AFTER_GENERATION = auto()
     STOPPED_NOW = auto()
+    FINISHED_BY_OPERATOR = auto()
+    BUDGET_SPENT = auto()
+
+
+_OUTCOMES = {
+    StopReason.ASKED: Outcome.STOPPED_NOW,
+    StopReason.OPERATOR: Outcome.FINISHED_BY_OPERATOR,
+    StopReason.BUDGET: Outcome.BUDGET_SPENT,
+}
 
 
 class StopRequest(Enum):
@@ -144,6 +160,8 @@ class Experiment:
         robot: Robot,
         report: Callable[[Progress], None] = lambda _: None,
         stop: Callable[[], StopRequest] = lambda: StopRequest.NONE,
+        desk: Desk | None = None,
+        limits: Amounts | None = None,
     ) -> Outcome:
         """Evaluate and breed generation after generation, from wherever the journal stands.
 
@@ -151,14 +169,25 @@ class Experiment:
             robot: connected; as the configuration says.
             report: called after every generation, for progress displays.
             stop: asked after every generation and before every batch of trials.
+            desk: where the operators are; nobody by default.
+            limits: budgets over all sessions of the run; by default those of the session before, or, in the first one,
+                of the configuration.
 
         Raises:
             RobotError: the robot's, and `TrialVoid` when a trial keeps failing. The run can be resumed.
         """
         algorithm = self.config.algorithm.build(self.config.genome_length)
         task = self.config.task.build()
+        desk = desk or Desk(asks=False, stop=lambda: stop() is StopRequest.NOW)
+        supervisor = self._supervisor(robot, task, desk, limits)
         evaluator = Evaluator(
-            self.phenotype, task, robot, self.config.seed, self.journal, lambda: stop() is StopRequest.NOW
+            self.phenotype,
+            task,
+            robot,
+            self.config.seed,
+            self.journal,
+            _Stoppable(supervisor, lambda: stop() is StopRequest.NOW),
+            self.config.saving,
         )
         begun = self.journal.reader.last_generation() is not None
         self.journal.note("resumed" if begun else "started", f"process {os.getpid()}")
@@ -173,10 +202,12 @@ class Experiment:
                 if stop() is StopRequest.AFTER_GENERATION and number < self.config.algorithm.generations:
                     self.journal.note("stopped", "after a generation, as asked", number)
                     return Outcome.STOPPED_AFTER_GENERATION
-        except Stopped:
-            self.journal.note("stopped", "before a trial, as asked")
-            return Outcome.STOPPED_NOW
+        except Stopped as stopped:
+            self.journal.note("stopped", stopped.message)
+            desk.close(stopped.message)
+            return _OUTCOMES[stopped.reason]
         self.journal.note("finished", "all generations are evaluated")
+        desk.close("all generations are evaluated")
         return Outcome.FINISHED
 
     def close(self) -> None:
@@ -189,6 +220,52 @@ class Experiment:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def extended(self, more: dict[str, float]) -> Amounts | None:
+        """Budgets for a session that may spend so much more; None if nothing is asked for.
+
+        Args:
+            more: by names of `Amounts`, on top of what is spent.
+        """
+        if not more:
+            return None
+        spent = self._spent()
+        return replace(self._limits(), **{name: getattr(spent, name) + amount for name, amount in more.items()})
+
+    def _spent(self) -> Amounts:
+        row = self.journal.reader.spent()
+        return Amounts(row.robot_s, row.wall_s, float(row.trials), row.battery_charges)
+
+    def _limits(self) -> Amounts:
+        """Of the newest session, or of the configuration."""
+        known = self.journal.reader.limits()
+        if known is None:
+            return self.config.budget.limits
+        return Amounts(**{name: float("inf") if value is None else value for name, value in known.items()})
+
+    def _supervisor(self, robot: Robot, task: Task, desk: Desk, limits: Amounts | None) -> Supervisor:
+        config, reader = self.config, self.journal.reader
+        limits = limits or self._limits()
+        longest_trial_s = task.max_steps * robot.spec.tick_s
+        trials = config.algorithm.population * task.n_trials
+        forecast = Forecast(task, config.algorithm.generations, trials, longest_trial_s)
+        meter = Meter(limits, self._spent(), longest_trial_s)
+        reference = ReferenceRuns(config.reference, self.phenotype, task, robot, config.seed, self.journal)
+        finite = {name: None if value == float("inf") else value for name, value in asdict(limits).items()}
+        operators = config.operator.resolved(attended=robot.spec.attended)
+        self.journal.begin_session(robot.spec.name, ", ".join(operators) or "none", finite)
+        return Supervisor(
+            robot,
+            self.journal,
+            desk,
+            meter,
+            forecast,
+            config.suspenders.build(),
+            RunFacts(reader.run().name, config.algorithm.generations),
+            confirm=config.operator.confirm,
+            whole_generations=config.budget.whole_generations,
+            reference=reference.run_if_due,
+        )
 
     def _generations(self, algorithm: Algorithm[Any]) -> Iterator[tuple[int, State]]:
         """The generations that are still to be evaluated, each journalled before it is yielded."""
@@ -231,6 +308,21 @@ class Experiment:
         if row is None or champion is None:
             raise RuntimeError(f"generation {number} was finished and is not in the journal")
         return Progress(row, self.config.algorithm.generations, trials, champion)
+
+
+class _Stoppable:
+    """A companion that the command line can stop."""
+
+    def __init__(self, companion: Companion, stop: Callable[[], bool]) -> None:
+        self._companion = companion
+        self._stop = stop
+        self.begin = companion.begin
+        self.attend = companion.attend
+
+    def ready(self, generation: int, slots: Slots) -> bool:
+        if self._stop():
+            raise Stopped
+        return self._companion.ready(generation, slots)
 
 
 def _is_free(directory: Path) -> bool:

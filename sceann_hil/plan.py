@@ -5,7 +5,11 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any, Self
 
+from sceann_hil.budget import Amounts
 from sceann_hil.config import ExperimentConfig
+
+PROMPT_S = 20.0
+"""What a prompt is taken to cost a person before any is measured."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +25,9 @@ class Plan:
         trials: in all, if none is void.
         longest_trial_s: robot time of a trial that reaches its step limit.
         longest_robot_s: robot time if every trial does.
-        prompts: times that a person is asked to make the robot ready.
+        prompts: times that a person is asked something, before and after trials.
+        longest_wall_s: robot time if every trial takes as long as it may, and `PROMPT_S` for every prompt.
+        fits: whether that is within the budget; in words, empty if nothing is limited.
     """
 
     genome_length: int
@@ -33,6 +39,8 @@ class Plan:
     longest_trial_s: float
     longest_robot_s: float
     prompts: int
+    longest_wall_s: float
+    fits: str
 
     @classmethod
     def of(cls, config: ExperimentConfig) -> Self:
@@ -41,6 +49,9 @@ class Plan:
         generations = config.algorithm.generations + 1
         trials = config.algorithm.population * generations * task.n_trials
         longest_trial_s = task.max_steps * spec.tick_s
+        per_trial = 2 if config.operator.confirm else 1
+        prompts = trials * per_trial if spec.attended and config.operator.resolved(attended=True) else 0
+        longest_wall_s = trials * longest_trial_s + prompts * PROMPT_S
         return cls(
             genome_length=config.genome_length,
             network=f"{size.n_sensors} sensors, {size.n_hidden} hidden, {size.n_motors} motors",
@@ -50,7 +61,9 @@ class Plan:
             trials=trials,
             longest_trial_s=longest_trial_s,
             longest_robot_s=trials * longest_trial_s,
-            prompts=trials if spec.attended else 0,
+            prompts=prompts,
+            longest_wall_s=longest_wall_s,
+            fits=_fits(config, Amounts(trials * longest_trial_s, longest_wall_s, float(trials))),
         )
 
     @property
@@ -61,3 +74,15 @@ class Plan:
     def as_dict(self) -> dict[str, Any]:
         """The same for JSON."""
         return asdict(self)
+
+
+def _fits(config: ExperimentConfig, cost: Amounts) -> str:
+    limits = config.budget.limits
+    if limits == Amounts.unlimited():
+        return ""
+    over = [name for name in ("robot_s", "wall_s", "trials") if getattr(cost, name) > getattr(limits, name)]
+    return (
+        "yes, even if every trial takes as long as it may"
+        if not over
+        else f"not surely: {', '.join(over)} may end first"
+    )

@@ -11,7 +11,7 @@ This module imports nothing of the framework at run time, so that every other mo
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict
 
@@ -78,6 +78,9 @@ class TaskConfig(PluginConfig):
 
 class AlgorithmConfig(PluginConfig):
     """The `algorithm` section. Subclasses give the two numbers their defaults and limits."""
+
+    compares_only: ClassVar[bool] = False
+    """It uses fitness only to compare individuals, so any numbers in the same order give the same next generation."""
 
     population: int
     """Individuals per generation."""

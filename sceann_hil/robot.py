@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from sceann_hil.coding import NetworkSize, Weights
 from sceann_hil.controller import Dynamics
 from sceann_hil.diagnosis import Finding, Verdict
+from sceann_hil.durations import Durations
 from sceann_hil.scenery import Scenery
 
 
@@ -222,12 +223,34 @@ class Health:
     Attributes:
         ok: trials may run.
         battery_fraction: 0..1, or None where it is not measured.
+        temperature_c: degrees Celsius, or None where it is not measured.
+        link_quality: part 0..1 of the last trial's messages that came through at the first try; None where there is no
+            link.
         messages: what a person should know, most important first.
     """
 
     ok: bool = True
     battery_fraction: float | None = None
     messages: tuple[str, ...] = field(default=())
+    temperature_c: float | None = None
+    link_quality: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class GapEstimate:
+    """The gap with which a simulated body behaves like a robot.
+
+    Attributes:
+        sensor_offset: of each sensor, in units of full scale.
+        motor_gain: factor on every motor's distance from standing still.
+        latency_steps: control steps between a motor value and its effect.
+        residual: root mean square of the sensors' differences that are left, in units of full scale.
+    """
+
+    sensor_offset: tuple[float, ...]
+    motor_gain: float
+    latency_steps: int
+    residual: float
 
 
 class TrialObserver(Protocol):
@@ -273,6 +296,18 @@ class Robot(ABC):
         """
         raise NotImplementedError(f"{self.spec.name} cannot repeat a trial")
 
+    def estimate_gap(self, starts: NDArray[np.float64], traces: Sequence[Trace]) -> GapEstimate:
+        """The gap with which this simulated body would behave like the robot that the traces are of.
+
+        Args:
+            starts: start values of each trace's trial, shape ``(n, n_start)``.
+            traces: at least one of more than 2 steps.
+
+        Raises:
+            NotImplementedError: this robot is not simulated.
+        """
+        raise NotImplementedError(f"{self.spec.name} is not simulated")
+
     def settle(self, trials: Trials) -> Results:
         """What became of trials whose start was journalled and whose outcome never was (the host died in between).
 
@@ -301,8 +336,25 @@ class Robot(ABC):
         """
         return True
 
+    def interrupt(self, reason: EndReason) -> None:
+        """End the trial that runs, if any; called from another thread than `run`, and must not wait.
+
+        `run` then returns as soon as the motors are safe, with this end reason if the robot can do that. By default the
+        motors go to their safe output and `run` sees for itself.
+
+        Args:
+            reason: OPERATOR, BATTERY, GOAL (a person says that the task is done), or EMERGENCY_STOP (stop by every
+                means there is).
+        """
+        self.make_safe(str(reason))
+
+    @property
+    def timing(self) -> dict[str, Durations]:
+        """Histograms of what took how long since the robot was connected, by name: round trips, lateness, ..."""
+        return {}
+
     def health(self) -> Health:
-        """State of the robot, without side effects."""
+        """State of the robot, without side effects; may be called from another thread while a trial runs."""
         return Health()
 
     def observe(self, observer: TrialObserver | None) -> None:

@@ -22,6 +22,8 @@ class Purpose(IntEnum):
     TRIAL = 3
     ORDER = 4
     RUN = 5
+    REFERENCE = 6
+    REPEAT = 7
 
 
 def generator(root_seed: int, purpose: Purpose, *numbers: int) -> np.random.Generator:

@@ -17,13 +17,17 @@ class Task(ABC):
         name: a short name for messages.
         max_steps: a trial that lasts this long ends with `EndReason.TIME_UP`.
         start_fields: what the values of a start are; a robot must have the same.
-        best_fitness: no trial can be worth more (for the axes of plots).
+        best_fitness: no trial can be worth more (for the axes of plots, and for racing).
+        worst_fitness: no trial can be worth less.
+        goal_by_operator: the robot cannot tell that the goal is reached; a person says so.
     """
 
     name: str
     max_steps: int
     start_fields: tuple[str, ...]
     best_fitness: float
+    worst_fitness: float = 0.0
+    goal_by_operator: bool = False
 
     @property
     @abstractmethod
@@ -37,6 +41,11 @@ class Task(ABC):
     @abstractmethod
     def succeeded(self, results: Results) -> NDArray[np.bool_]:
         """Which trials reached what the task asks for, shape ``(n,)``."""
+
+    def instruction(self, trial: int) -> str:
+        """What a person has to do before one of an individual's trials."""
+        start = zip(self.start_fields, self.starts[trial].tolist(), strict=True)
+        return "Put the robot at its start: " + ", ".join(f"{name} = {value:.4g}" for name, value in start) + "."
 
     @property
     def n_trials(self) -> int:

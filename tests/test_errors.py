@@ -31,7 +31,14 @@ def test_the_documented_table_is_the_enum() -> None:
 def test_every_user_error_has_a_code_of_its_own() -> None:
     codes = [kind.exit_code for kind in USER_ERRORS]
     assert len(set(codes)) == len(codes)
-    assert set(ExitCode) - set(codes) == {ExitCode.OK, ExitCode.BUG, ExitCode.USAGE, ExitCode.INTERRUPTED}
+    assert set(ExitCode) - set(codes) == {
+        ExitCode.OK,
+        ExitCode.BUG,
+        ExitCode.USAGE,
+        ExitCode.INTERRUPTED,
+        ExitCode.OPERATOR_FINISHED,
+        ExitCode.BUDGET_SPENT,
+    }
 
 
 def test_no_code_is_one_that_shells_use_for_something_else() -> None:

@@ -71,6 +71,9 @@ def run_lockstep(
             if reason is not None:
                 follower.task_end = (reason, tick)
                 break
+            if link.stop_wanted:
+                link.stop_now()
+                break
         if follower.task_end is not None and tick + 1 < order.max_ticks:
             link.request(Op.STOP)
         follower.end = wait_for_end(link, follower)

@@ -7,6 +7,7 @@ deadline. All times are monotonic.
 
 from __future__ import annotations
 
+import contextlib
 import secrets
 import threading
 import time
@@ -44,6 +45,9 @@ REPLY_S = 0.25
 STORE_REPLY_S = 1.5
 """The same for STORE: an AVR writes its EEPROM at 3.4 ms per byte."""
 TRIES = 6
+STOP_SEQUENCE = 0
+ESTOP_FRAMES = 3
+"""Nothing acknowledges an emergency stop, so it is sent this often."""
 HEARD_S = 0.25
 """A host that has not heard its robot for so long in a trial is silent too: the line may be broken one way only."""
 
@@ -94,6 +98,7 @@ class RobotLink:
         boots: EVENT BOOT messages heard since the link was opened.
         events: the last 256 events.
         last_end: the newest END heard.
+        stop_wanted: somebody wants the trial that runs to end.
 
     Args:
         bus: open; the link shuts it down at `close`.
@@ -122,6 +127,7 @@ class RobotLink:
         self._in_charge = False
         self._beat_due_s = 0.0
         self._closing = threading.Event()
+        self.stop_wanted = False
         self._keeper: threading.Thread | None = None
 
     # -- messages ---------------------------------------------------------------------------------------------------
@@ -140,6 +146,23 @@ class RobotLink:
         except (can.CanError, OSError) as error:
             raise LinkDown(f"the link is gone: {error}") from error
         self.statistics.sent += 1
+
+    def stop_now(self) -> None:
+        """Send STOP at once, without waiting for a reply or for whoever holds the link; never raises.
+
+        Whoever holds the link sees the robot end what it does; until then `stop_wanted` has it send STOP again. Safe
+        from any thread: it is one frame.
+        """
+        self.stop_wanted = True
+        with contextlib.suppress(LinkDown):
+            self.send(Function.COMMAND, pack_command(Op.STOP, STOP_SEQUENCE))
+
+    def emergency_stop(self) -> None:
+        """Send the latched stop of all robots, several times, because nothing acknowledges it; never raises."""
+        stop = can.Message(arbitration_id=0, is_extended_id=False, data=b"", check=False)
+        for _ in range(ESTOP_FRAMES):
+            with contextlib.suppress(can.CanError, OSError):
+                self._bus.send(stop)
 
     def receive(self, timeout_s: float) -> Incoming | None:
         """The next message of this robot, or None after `timeout_s`; heartbeats go out meanwhile.

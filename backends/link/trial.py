@@ -214,6 +214,8 @@ def check(link: RobotLink, follower: Follower) -> None:
     Raises:
         TrialLost: it restarted, or is silent.
     """
+    if link.stop_wanted and follower.end is None:
+        link.stop_now()
     if follower.restarted:
         raise TrialLost("the robot restarted during the trial")
     if link.silence_s > SILENCE_S:

@@ -26,6 +26,7 @@ from backends.simulation.recompute import recompute
 from backends.simulation.stepwise import StepwiseBody
 from sceann_hil.controller import Controller
 from sceann_hil.diagnosis import Finding
+from sceann_hil.durations import Durations
 from sceann_hil.robot import (
     EmergencyStop,
     EndReason,
@@ -97,6 +98,8 @@ class RemoteRobot(Robot):
         self._loaded: bytes | None = None
         self._in_doubt = False
         self._complaint = ""
+        self._interrupted: EndReason | None = None
+        self._link_quality: float | None = None
 
     @property
     def spec(self) -> RobotSpec:
@@ -201,6 +204,21 @@ class RemoteRobot(Robot):
         """Stop whatever runs. Without an answer the robot stops by itself 300 ms after our last heartbeat."""
         return self._link is not None and self._link.make_safe()
 
+    @property
+    def timing(self) -> dict[str, Durations]:
+        return {"round trip of the link": self._link.statistics.round_trips} if self._link is not None else {}
+
+    def interrupt(self, reason: EndReason) -> None:
+        """One frame, sent past whoever holds the link: STOP, or the latched stop of all robots."""
+        link = self._link
+        if link is None:
+            return
+        self._interrupted = reason
+        if reason is EndReason.EMERGENCY_STOP:
+            link.emergency_stop()
+        else:
+            link.stop_now()
+
     def health(self) -> Health:
         link = self._link
         if link is None:
@@ -212,7 +230,7 @@ class RemoteRobot(Robot):
             fraction = min(1.0, max(0.0, (volts - limits[0]) / (limits[1] - limits[0])))
         told = (f"battery {volts:.2f} V",) if link.battery_mv else ()
         ok = link.state not in (State.SAFE, State.ESTOP)
-        return Health(ok, fraction, (*self._complaints(), *told))
+        return Health(ok, fraction, (*self._complaints(), *told), link_quality=self._link_quality)
 
     def _complaints(self) -> tuple[str, ...]:
         return (self._complaint,) if self._complaint else ()
@@ -247,8 +265,13 @@ class RemoteRobot(Robot):
         self._make_ready(trials)
         if self._observer is not None:
             self._observer.begin(int(trials.ids[0]))
+        if self._interrupted is not None:
+            return self._called_off()
+        before = _counted(self.link)
         try:
-            return self._attempt(trials)
+            results = self._attempt(trials)
+            self._link_quality = _quality(before, _counted(self.link))
+            return results
         except LinkError as error:
             self._complaint = str(error)
             self._in_doubt = True
@@ -260,6 +283,19 @@ class RemoteRobot(Robot):
         finally:
             if self._observer is not None:
                 self._observer.end()
+            self._clear_interrupt()
+
+    def _called_off(self) -> Results:
+        """Somebody stopped the trial before it began."""
+        reason = self._interrupted if self._interrupted is not None else EndReason.OPERATOR
+        self._clear_interrupt()
+        void = reason if reason.is_void else EndReason.OPERATOR
+        return Results.void(1, void, len(self._spec.state_fields))
+
+    def _clear_interrupt(self) -> None:
+        self._interrupted = None
+        if self._link is not None:
+            self._link.stop_wanted = False
 
     def _make_ready(self, trials: Trials) -> None:
         """Network loaded, robot at its start; nothing has moved yet, so all of it may simply be tried again."""
@@ -345,6 +381,9 @@ class RemoteRobot(Robot):
     def _judge(self, trials: Trials, follower: Follower, states: NDArray[np.float32]) -> Results:
         reason = end_reason(follower, self._settings.bumper)
         _, ticks = ended(follower)
+        if reason is EndReason.OPERATOR and self._interrupted is not None:
+            # the robot knows only that it was stopped; who stopped it knows why
+            reason = self._interrupted
         if reason.is_void:
             self._complaint = f"the robot ended the trial: {reason}"
             return Results.void(1, reason, len(self._spec.state_fields))
@@ -395,6 +434,17 @@ class RemoteRobot(Robot):
                 durations_s=np.array([last.ticks * self._spec.tick_s]),
             )
         return void
+
+
+def _counted(link: RobotLink) -> tuple[int, int]:
+    """Messages, and messages that had to be sent again or never came."""
+    statistics = link.statistics
+    return statistics.sent + statistics.received, statistics.retries + statistics.lost_ticks
+
+
+def _quality(before: tuple[int, int], after: tuple[int, int]) -> float:
+    messages, failures = after[0] - before[0], after[1] - before[1]
+    return 1.0 - min(1.0, failures / max(messages, 1))
 
 
 def robot_trial_id(trials: Trials) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from abc import abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 
@@ -16,7 +16,7 @@ from backends.simulation.lanes import Advance, Sense, bind
 from backends.simulation.neurons import LANES
 from sceann_hil.coding import NetworkSize
 from sceann_hil.controller import Neuron
-from sceann_hil.robot import Results, Robot, Trace, Trials
+from sceann_hil.robot import GapEstimate, Results, Robot, Trace, Trials
 
 _SMALLEST_SHARE = LANES
 _SHARES_PER_THREAD = 4
@@ -66,6 +66,13 @@ class SimulatedRobot(Robot):
     def trace(self, trials: Trials) -> Results:
         """Run the trials and keep everything about them: memory grows with ``len(trials) * max_steps``."""
         return self._simulate(trials, tracing=True)
+
+    def estimate_gap(self, starts: NDArray[np.float64], traces: Sequence[Trace]) -> GapEstimate:
+        """See `backends.simulation.estimate`."""
+        # that module needs this one, and SciPy, which no run needs
+        from backends.simulation.estimate import estimate_gap
+
+        return estimate_gap(self, starts, tuple(traces))
 
     @cached_property
     def _kernel(self) -> Callable[..., None]:

@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from types import FrameType
 from typing import Annotated, Any
@@ -16,12 +17,27 @@ from rich.console import Console
 from rich.table import Table
 
 from sceann_hil.ancestor import Ancestor, Take
-from sceann_hil.commands.arguments import AsJson, ConfigFile, Overrides, RunDirectory, Seed, overrides_of, print_json
+from sceann_hil.commands.arguments import (
+    AsJson,
+    BudgetRobot,
+    BudgetTrials,
+    BudgetWall,
+    ConfigFile,
+    OperatorOption,
+    Overrides,
+    RunDirectory,
+    Seed,
+    more_of,
+    operator_override,
+    overrides_of,
+    print_json,
+)
 from sceann_hil.commands.progress import show_progress
 from sceann_hil.commands.recording import Live, Record, RecordChoice, recorded, watched_live
-from sceann_hil.config import load_config
+from sceann_hil.config import dump_config, load_config, parse_config
 from sceann_hil.errors import ExitCode
 from sceann_hil.experiment import Experiment, Outcome, StopRequest
+from sceann_hil.operators.staff import beside
 
 
 def register(app: typer.Typer) -> None:
@@ -45,6 +61,10 @@ def evolve(
     ] = Take.POPULATION,
     record: Record = RecordChoice.ALL,
     live: Live = False,
+    operator: OperatorOption = None,
+    budget_robot: BudgetRobot = None,
+    budget_wall: BudgetWall = None,
+    budget_trials: BudgetTrials = None,
     as_json: AsJson = False,
 ) -> None:
     """Evolve controllers as a configuration says.
@@ -55,25 +75,46 @@ def evolve(
 
     Example: sceann evolve my_robot.yaml --from runs/first --take population
     """
-    settings = load_config(config, overrides_of(overrides, seed))
+    settings = load_config(config, [*overrides_of(overrides, seed), *operator_override(operator)])
+    more = more_of(budget_robot, budget_wall, budget_trials)
     directory = out or Path("runs") / f"{config.stem}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
     with Experiment.create(settings, directory, Ancestor(ancestor, take) if ancestor else None) as experiment:
-        _run(experiment, record, live, as_json)
+        _run(experiment, record, live, as_json, more=more)
 
 
 def resume(
-    directory: RunDirectory, record: Record = RecordChoice.ALL, live: Live = False, as_json: AsJson = False
+    directory: RunDirectory,
+    record: Record = RecordChoice.ALL,
+    live: Live = False,
+    operator: OperatorOption = None,
+    budget_robot: BudgetRobot = None,
+    budget_wall: BudgetWall = None,
+    budget_trials: BudgetTrials = None,
+    as_json: AsJson = False,
 ) -> None:
-    """Go on with a run that was stopped, paused or killed.
+    """Go on with a run that was stopped, paused or killed, or whose budget was spent.
 
-    Example: sceann resume runs/first
+    Example: sceann resume runs/first --budget-robot 2h
     """
+    more = more_of(budget_robot, budget_wall, budget_trials)
     with Experiment.open(directory) as experiment:
-        _run(experiment, record, live, as_json)
+        _run(experiment, record, live, as_json, operator=operator, more=more)
 
 
-def _run(experiment: Experiment, record: RecordChoice, live: bool, as_json: bool) -> None:
+def _run(
+    experiment: Experiment,
+    record: RecordChoice,
+    live: bool,
+    as_json: bool,
+    *,
+    operator: str | None = None,
+    more: dict[str, float] | None = None,
+) -> None:
     console = Console(stderr=True, highlight=False)
+    settings = experiment.config.operator
+    if operator is not None:
+        text = dump_config(experiment.config)
+        settings = parse_config(text, str(experiment.directory), operator_override(operator)).operator
     robot = experiment.config.robot.build()
     with ExitStack() as connected:
         with console.status(f"Getting {robot.spec.name} ready (compiled once, which takes some seconds)..."):
@@ -85,8 +126,9 @@ def _run(experiment: Experiment, record: RecordChoice, live: bool, as_json: bool
         with (
             _stop_on_interrupt(console) as stop,
             show_progress(console, experiment.config.algorithm.generations) as report,
+            beside(robot, settings, partial(_show, console), lambda: stop() is StopRequest.NOW) as desk,
         ):
-            outcome = experiment.evolve(robot, report, stop)
+            outcome = experiment.evolve(robot, report, stop, desk, experiment.extended(more or {}))
         evolved_s = time.monotonic() - started
     summary = _summary(experiment, outcome, evolved_s)
     if as_json:
@@ -97,6 +139,14 @@ def _run(experiment: Experiment, record: RecordChoice, live: bool, as_json: bool
         raise typer.Exit(ExitCode.INTERRUPTED)
     if outcome is Outcome.STOPPED_NOW:
         raise typer.Exit(ExitCode.INTERRUPTED_NOW)
+    if outcome is Outcome.FINISHED_BY_OPERATOR:
+        raise typer.Exit(ExitCode.OPERATOR_FINISHED)
+    if outcome is Outcome.BUDGET_SPENT:
+        raise typer.Exit(ExitCode.BUDGET_SPENT)
+
+
+def _show(console: Console, text: str) -> None:
+    console.print(text, markup=False, soft_wrap=True)
 
 
 @contextmanager
@@ -129,6 +179,7 @@ def _summary(experiment: Experiment, outcome: Outcome, evolved_s: float) -> dict
         "generations": len(generations),
         "trials": reader.count_attempts(),
         "evolved_s": round(evolved_s, 3),
+        "why_stopped": "" if outcome is Outcome.FINISHED else reader.events()[-1][3],
         "champion": None
         if champion is None
         else {
@@ -151,5 +202,8 @@ def _print_summary(console: Console, summary: dict[str, Any], record: RecordChoi
     console.print(table)
     follow = ["status"] if summary["outcome"] == "finished" else ["resume", "status"]
     follow += [] if record is RecordChoice.NONE else ["view"]
+    reason = summary["why_stopped"]
+    if reason:
+        console.print(f"It stopped because {reason}.", soft_wrap=True)
     for command in follow:
         console.print(f"  sceann {command} {directory}")

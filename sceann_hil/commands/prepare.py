@@ -11,7 +11,7 @@ from rich.table import Table
 
 from sceann_hil.commands.arguments import AsJson, ConfigFile, Overrides, Seed, overrides_of, print_json
 from sceann_hil.config import load_config, schema_text
-from sceann_hil.plan import Plan
+from sceann_hil.plan import PROMPT_S, Plan
 from sceann_hil.registry import Group, available, package_of
 from sceann_hil.study import study_schema_text
 
@@ -69,6 +69,9 @@ def plan(config: ConfigFile, seed: Seed = None, overrides: Overrides = None, as_
         "robot time at most", f"{_time(forecast.longest_robot_s)} ({_time(forecast.longest_trial_s)} per trial)"
     )
     table.add_row("prompts to a person", str(forecast.prompts))
+    table.add_row("wall time at most", f"{_time(forecast.longest_wall_s)} ({PROMPT_S:g} s per prompt)")
+    if forecast.fits:
+        table.add_row("within the budget", forecast.fits)
     Console().print(table)
 
 

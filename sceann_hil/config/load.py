@@ -13,7 +13,7 @@ from sceann_hil import registry
 from sceann_hil.config.document import Document, parse
 from sceann_hil.config.explain import explain
 from sceann_hil.config.file import read_text
-from sceann_hil.config.model import ControllerConfig, ExperimentConfig
+from sceann_hil.config.model import ExperimentConfig
 from sceann_hil.config.overrides import with_overrides
 from sceann_hil.config.problems import Place, Problem, any_of, fail, nearest, raise_if_any, shown
 from sceann_hil.plugins import Section
@@ -55,6 +55,11 @@ def parse_config(text: str, source: str, overrides: Sequence[str] = ()) -> Exper
 
 
 _PLUGGED: dict[str, Group] = {group.singular: group for group in Group}
+_PLAIN: dict[str, type[Section]] = {
+    name: field.annotation
+    for name, field in ExperimentConfig.model_fields.items()
+    if name not in _PLUGGED and isinstance(field.annotation, type) and issubclass(field.annotation, Section)
+}
 
 
 def validated(document: Document) -> ExperimentConfig:
@@ -74,7 +79,7 @@ def validated(document: Document) -> ExperimentConfig:
         except ValidationError as error:
             elsewhere = _keys_of({other: models[other] for other in models if other != name})
             problems += explain(error, model, (name,), document, elsewhere)
-    refused = [name for name in (*_PLUGGED, "controller") if name in document.data and name not in sections]
+    refused = [name for name in (*_PLUGGED, *_PLAIN) if name in document.data and name not in sections]
     try:
         config = ExperimentConfig.model_validate({**document.data, **dict.fromkeys(refused), **sections})
     except ValidationError as error:
@@ -95,16 +100,16 @@ def _without_consequences(problems: list[Problem], unreadable: list[Problem]) ->
 def _section_models(document: Document, problems: list[Problem]) -> dict[str, type[Section]]:
     """The model of every section that says well enough what it is."""
     models: dict[str, type[Section]] = {}
-    for name in (*_PLUGGED, "controller"):
+    for name in (*_PLUGGED, *_PLAIN):
         if name not in document.data:
             continue
         data: Any = document.data[name]
         if not isinstance(data, dict):
-            expected = "a section with keys" if name == "controller" else "a section with a type"
+            expected = "a section with keys" if name in _PLAIN else "a section with a type"
             place = document.place_of_value((name,))
             problems.append(Problem(place, name, f"expected {expected}, got {shown(data)}"))
-        elif name == "controller":
-            models[name] = ControllerConfig
+        elif name in _PLAIN:
+            models[name] = _PLAIN[name]
         else:
             kind = _plugin_type(document, name, problems)
             if kind is not None:

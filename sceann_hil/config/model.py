@@ -10,10 +10,15 @@ from typing import Annotated, Self
 
 from pydantic import AfterValidator, Field, SerializeAsAny, model_validator
 
+from sceann_hil.budget import BudgetConfig
 from sceann_hil.coding import Coding, NetworkSize
 from sceann_hil.config.problems import shown
 from sceann_hil.controller import ONE, Dynamics, Neuron
+from sceann_hil.drift_settings import ReferenceConfig
+from sceann_hil.operators import OperatorConfig
 from sceann_hil.plugins import AlgorithmConfig, Misfit, RobotConfig, Section, TaskConfig
+from sceann_hil.saving import Racing, SavingConfig
+from sceann_hil.suspenders import SuspendersConfig
 
 MAX_SEED = 2**63 - 1
 """Largest seed: what the journal's database keeps as an integer."""
@@ -68,6 +73,16 @@ class ExperimentConfig(Section):
     """The network that drives it."""
     algorithm: SerializeAsAny[AlgorithmConfig]
     """What makes the next generation."""
+    operator: OperatorConfig = OperatorConfig()
+    """Who stands beside the robot."""
+    budget: BudgetConfig = BudgetConfig()
+    """What the run may cost."""
+    suspenders: SuspendersConfig = SuspendersConfig()
+    """What pauses the run by itself."""
+    saving: SavingConfig = SavingConfig()
+    """Ways to need less robot time."""
+    reference: ReferenceConfig = ReferenceConfig()
+    """A genome that is run again and again, to see the robot drift."""
 
     @property
     def size(self) -> NetworkSize:
@@ -93,6 +108,12 @@ class ExperimentConfig(Section):
             self.algorithm.build(self.genome_length)
         with _blaming(self, "task", "robot"):
             self.task.check(self.robot)
+        if self.saving.racing is not Racing.OFF and not self.algorithm.compares_only:
+            raise Misfit(
+                f"racing: expected an algorithm that only compares fitness, got {self.algorithm.type}",
+                "saving.racing",
+                "algorithm.type",
+            )
         return self
 
 

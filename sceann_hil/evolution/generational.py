@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,8 @@ MAX_GENOME_LENGTH = 2**15 - 1
 
 class GenerationalConfig(AlgorithmConfig):
     """The settings that every generational algorithm has; defaults from Katada & Nakazawa, Section IV."""
+
+    compares_only: ClassVar[bool] = True
 
     population: int = Field(default=25, ge=2, le=100_000, description="Individuals per generation.")
     generations: int = Field(

@@ -5,22 +5,34 @@ second writer away.
 """
 
 from sceann_hil.journal.lock import LOCK_NAME, RunLock
-from sceann_hil.journal.reader import AttemptRow, GenerationRow, IndividualRow, JournalReader, RunRow, trial_arrays
+from sceann_hil.journal.reader import (
+    AttemptRow,
+    GenerationRow,
+    IndividualRow,
+    JournalReader,
+    ReferenceRow,
+    RunRow,
+    SpentRow,
+    trial_arrays,
+)
 from sceann_hil.journal.schema import JOURNAL_NAME, SCHEMA_VERSION
-from sceann_hil.journal.writer import FirstGeneration, Journal, Slots
+from sceann_hil.journal.writer import Circumstances, FirstGeneration, Journal, Slots
 
 __all__ = [
     "JOURNAL_NAME",
     "LOCK_NAME",
     "SCHEMA_VERSION",
     "AttemptRow",
+    "Circumstances",
     "FirstGeneration",
     "GenerationRow",
     "IndividualRow",
     "Journal",
     "JournalReader",
+    "ReferenceRow",
     "RunLock",
     "RunRow",
     "Slots",
+    "SpentRow",
     "trial_arrays",
 ]

@@ -78,6 +78,34 @@ class AttemptRow:
     final_state: tuple[float, ...] | None
     robot_s: float | None
     fitness: float | None
+    operator_s: float | None = None
+    battery: float | None = None
+    note: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ReferenceRow:
+    """One run of the reference genome; the fitness is None if it was void."""
+
+    id: int
+    at: str
+    attempt: int
+    genome: str
+    trial: int
+    end_reason: EndReason
+    steps: int
+    robot_s: float
+    fitness: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class SpentRow:
+    """What all sessions of a run have used up; attempts whose outcome is not known count as trials only."""
+
+    robot_s: float
+    wall_s: float
+    trials: int
+    battery_charges: float
 
 
 _GENERATION = (
@@ -86,7 +114,7 @@ _GENERATION = (
 _INDIVIDUAL = "id, generation, number, genome, parent, structure, fitness FROM individual"
 _ATTEMPT = (
     "id, generation, individual, trial, attempt, start, noise_key, end_reason, steps, state_hash, final_state, "
-    "robot_s, fitness FROM attempt"
+    "robot_s, fitness, operator_s, battery, note FROM attempt"
 )
 
 
@@ -238,11 +266,50 @@ class JournalReader:
         """The highest attempt id so far."""
         return int(self._db.execute("SELECT coalesce(max(id), 0) FROM attempt").fetchone()[0])
 
+    def attempts_of_genome(self, genome: str, before_generation: int) -> list[AttemptRow]:
+        """Counted attempts of a genome (hexadecimal) in generations before one, in the order of their ids."""
+        return list(
+            self._attempts(
+                "WHERE fitness IS NOT NULL AND (generation, individual) IN (SELECT generation, number FROM individual "
+                "WHERE genome = ? AND generation < ?) ORDER BY id",
+                genome,
+                before_generation,
+            )
+        )
+
+    def references(self) -> list[ReferenceRow]:
+        """All runs of the reference genome in order."""
+        rows = self._db.execute(
+            "SELECT id, at, attempt, genome, trial, end_reason, steps, robot_s, fitness FROM reference ORDER BY id"
+        )
+        return [
+            ReferenceRow(i, at, attempt, genome, trial, EndReason[reason.upper()], steps, robot_s, fitness)
+            for i, at, attempt, genome, trial, reason, steps, robot_s, fitness in rows
+        ]
+
+    def spent(self) -> SpentRow:
+        """What the run has used up so far."""
+        robot_s, trials = self._db.execute(
+            "SELECT coalesce(sum(robot_s), 0), count(*) FROM (SELECT robot_s FROM attempt "
+            "UNION ALL SELECT robot_s FROM reference)"
+        ).fetchone()
+        wall_s = self._db.execute("SELECT coalesce(sum(wall_s), 0) FROM session").fetchone()[0]
+        charges = self._db.execute(
+            "SELECT coalesce(sum(max(0, drop_)), 0) FROM (SELECT lag(battery) OVER (ORDER BY id) - battery AS drop_ "
+            "FROM attempt WHERE battery IS NOT NULL)"
+        ).fetchone()[0]
+        return SpentRow(robot_s, wall_s, trials, charges)
+
+    def limits(self) -> dict[str, float | None] | None:
+        """The budgets of the newest session; None before there is one."""
+        row = self._db.execute("SELECT limits FROM session ORDER BY id DESC LIMIT 1").fetchone()
+        return None if row is None else json.loads(row[0])
+
     def events(self) -> list[tuple[str, int | None, str, str]]:
         """(time, generation, kind, message) of all events in order."""
         return self._db.execute("SELECT at, generation, kind, message FROM event ORDER BY id").fetchall()
 
-    def _attempts(self, where: str, *values: int) -> Iterator[AttemptRow]:
+    def _attempts(self, where: str, *values: int | str) -> Iterator[AttemptRow]:
         for row in self._db.execute(f"SELECT {_ATTEMPT} {where}", values):
             yield AttemptRow(
                 id=row[0],
@@ -258,6 +325,9 @@ class JournalReader:
                 final_state=None if row[10] is None else tuple(json.loads(row[10])),
                 robot_s=row[11],
                 fitness=row[12],
+                operator_s=row[13],
+                battery=row[14],
+                note=row[15],
             )
 
 

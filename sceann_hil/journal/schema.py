@@ -64,6 +64,9 @@ CREATE TABLE attempt (
     final_state TEXT,                -- JSON list in the order of the robot's state fields
     robot_s     REAL,
     fitness     REAL,                -- NULL for a void attempt: a failed trial is never a number
+    operator_s  REAL,                -- time that a person needed before and after it; NULL if nobody was asked
+    battery     REAL,                -- what the robot measured after it, as a fraction of a full one
+    note        TEXT,                -- words of an operator, or why it is void
     UNIQUE (generation, individual, trial, attempt)
 ) STRICT;
 
@@ -78,11 +81,33 @@ CREATE TABLE trace (
     data    BLOB NOT NULL            -- what a robot sent that could not be computed again
 ) STRICT;
 
+CREATE TABLE session (
+    id         INTEGER PRIMARY KEY,
+    started_at TEXT NOT NULL,        -- a process began to work on the run
+    robot      TEXT NOT NULL,        -- name of the robot
+    operators  TEXT NOT NULL,        -- who stood beside it
+    limits     TEXT NOT NULL,        -- JSON: budgets over all sessions, in force during this one
+    wall_s     REAL NOT NULL,        -- how long, up to the newest result
+    paused_s   REAL NOT NULL         -- of that, in pauses
+) STRICT;
+
+CREATE TABLE reference (
+    id         INTEGER PRIMARY KEY,
+    at         TEXT NOT NULL,
+    attempt    INTEGER NOT NULL,     -- the newest attempt when it was run
+    genome     TEXT NOT NULL,        -- bits as hexadecimal: the same in the whole run
+    trial      INTEGER NOT NULL,     -- which start
+    end_reason TEXT NOT NULL,
+    steps      INTEGER NOT NULL,
+    robot_s    REAL NOT NULL,
+    fitness    REAL                  -- NULL if it was void
+) STRICT;
+
 CREATE TABLE event (
     id         INTEGER PRIMARY KEY,
     at         TEXT NOT NULL,
     generation INTEGER,
-    kind       TEXT NOT NULL,        -- started, resumed, stopped, finished, ...
+    kind       TEXT NOT NULL,        -- started, resumed, stopped, finished, operator, suspended, ...
     message    TEXT NOT NULL
 ) STRICT;
 """

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sqlite3
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -45,6 +46,26 @@ class Slots:
 
 
 @dataclass(frozen=True, slots=True)
+class Circumstances:
+    """What is known of attempts besides their results.
+
+    Attributes:
+        operator_s: time that a person needed; None if nobody was asked.
+        battery_fraction: after the attempt; None where it is not measured.
+        note: an operator's words, or why it is void.
+        paused_s: time that this session has spent in pauses so far.
+    """
+
+    operator_s: float | None = None
+    battery_fraction: float | None = None
+    note: str | None = None
+    paused_s: float = 0.0
+
+
+NOTHING_SPECIAL = Circumstances()
+
+
+@dataclass(frozen=True, slots=True)
 class FirstGeneration:
     """Generation 0 of a run that goes on from another one's population; as in `Journal.begin_generation`."""
 
@@ -71,6 +92,8 @@ class Journal:
         """
         self._db = open_database(directory, write=True)
         self.reader = JournalReader(directory, self._db)
+        self._session = 0
+        self._session_began_s = time.monotonic()
 
     @classmethod
     def create(
@@ -180,24 +203,48 @@ class Journal:
             )
         return ids
 
-    def record(self, ids: NDArray[np.int64], results: Results, fitness: NDArray[np.float64]) -> None:
+    def begin_session(self, robot: str, operators: str, limits: dict[str, float | None]) -> None:
+        """This process begins to work on the run.
+
+        Args:
+            robot: name of the robot.
+            operators: who stands beside it.
+            limits: budgets in force.
+        """
+        self._session_began_s = time.monotonic()
+        with self._transaction():
+            inserted = self._db.execute(
+                "INSERT INTO session (started_at, robot, operators, limits, wall_s, paused_s) "
+                "VALUES (?, ?, ?, ?, 0, 0) RETURNING id",
+                (_now(), robot, operators, json.dumps(limits)),
+            )
+            self._session = int(inserted.fetchone()[0])
+
+    def record(
+        self,
+        ids: NDArray[np.int64],
+        results: Results,
+        fitness: NDArray[np.float64],
+        circumstances: Circumstances = NOTHING_SPECIAL,
+    ) -> None:
         """These attempts have ended.
 
         Args:
             ids: from `intend`.
             results: what happened, in the same order.
             fitness: of each trial, shape ``(n,)``; ignored where the end was void.
+            circumstances: the same for all of them.
 
         Traces in the results are kept too: a robot that delivers them with `run` cannot be asked for them later.
         """
-        now = _now()
+        now, about = _now(), (circumstances.operator_s, circumstances.battery_fraction, circumstances.note)
         reasons = [EndReason(r) for r in results.end_reasons.tolist()]
         with self._transaction():
             self._db.executemany(
                 "UPDATE attempt SET ended_at = ?, end_reason = ?, steps = ?, state_hash = ?, final_state = ?, "
-                "robot_s = ?, fitness = ? WHERE id = ?",
+                "robot_s = ?, fitness = ?, operator_s = ?, battery = ?, note = ? WHERE id = ?",
                 [
-                    (now, reason.name.lower(), steps, crc, json.dumps(final), robot_s, value, identity)
+                    (now, reason.name.lower(), steps, crc, json.dumps(final), robot_s, value, *about, identity)
                     for reason, steps, crc, final, robot_s, value, identity in zip(
                         reasons,
                         results.steps.tolist(),
@@ -210,6 +257,10 @@ class Journal:
                     )
                 ],
             )
+            self._db.execute(
+                "UPDATE session SET wall_s = ?, paused_s = ? WHERE id = ?",
+                (time.monotonic() - self._session_began_s, circumstances.paused_s, self._session),
+            )
             if results.traces is not None:
                 self._db.executemany(
                     "INSERT INTO trace (attempt, format, data) VALUES (?, ?, ?)",
@@ -218,6 +269,32 @@ class Journal:
                         for identity, trace in zip(ids.tolist(), results.traces, strict=True)
                     ],
                 )
+
+    def record_reference(self, genome: str, trial: int, results: Results, fitness: float) -> None:
+        """The reference genome was run once more; `results` has one trial."""
+        reason = EndReason(int(results.end_reasons[0]))
+        with self._transaction():
+            self._db.execute(
+                "INSERT INTO reference (at, attempt, genome, trial, end_reason, steps, robot_s, fitness) "
+                "VALUES (?, (SELECT coalesce(max(id), 0) FROM attempt), ?, ?, ?, ?, ?, ?)",
+                (
+                    _now(),
+                    genome,
+                    trial,
+                    reason.name.lower(),
+                    int(results.steps[0]),
+                    float(results.durations_s[0]),
+                    None if reason.is_void else fitness,
+                ),
+            )
+
+    def annotate(self, attempt: int, words: str) -> None:
+        """Add an operator's words to an attempt."""
+        with self._transaction():
+            self._db.execute(
+                "UPDATE attempt SET note = CASE WHEN note IS NULL THEN ?1 ELSE note || '; ' || ?1 END WHERE id = ?2",
+                (words, attempt),
+            )
 
     def finish_generation(self, number: int, fitness: NDArray[np.float64], wall_s: float, success_rate: float) -> None:
         """All trials of a generation are counted; `fitness` has shape ``(population,)``."""

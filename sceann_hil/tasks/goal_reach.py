@@ -21,14 +21,22 @@ class GoalReach(Task):
         max_steps: a trial ends after this many steps.
         start_m: where the robot is put, x and y.
         headings_deg: one trial for each, counter-clockwise from the x axis.
+        goal_by_operator: a person says when the goal is reached.
     """
 
     name = "goal_reach"
     start_fields = ("x_m", "y_m", "heading_rad")
     best_fitness = 1.0
 
-    def __init__(self, max_steps: int, start_m: tuple[float, float], headings_deg: tuple[float, ...]) -> None:
+    def __init__(
+        self,
+        max_steps: int,
+        start_m: tuple[float, float],
+        headings_deg: tuple[float, ...],
+        goal_by_operator: bool = False,
+    ) -> None:
         self.max_steps = max_steps
+        self.goal_by_operator = goal_by_operator
         headings = np.deg2rad(headings_deg)
         headings = (headings + np.pi) % (2.0 * np.pi) - np.pi
         self._starts = np.column_stack(
@@ -44,6 +52,14 @@ class GoalReach(Task):
 
     def succeeded(self, results: Results) -> NDArray[np.bool_]:
         return np.asarray(results.end_reasons == EndReason.GOAL)
+
+    def instruction(self, trial: int) -> str:
+        x_m, y_m, heading_rad = self.starts[trial].tolist()
+        heading_deg = round(np.rad2deg(heading_rad)) % 360
+        return (
+            f"Put the robot {100 * x_m:.1f} cm from the left and {100 * y_m:.1f} cm from the lower wall, "
+            f"heading {heading_deg}° (0° is right, 90° is up)."
+        )
 
 
 class GoalReachConfig(TaskConfig):
@@ -65,9 +81,11 @@ class GoalReachConfig(TaskConfig):
         315.0,
     )
     """One trial for each initial heading, counter-clockwise from the x axis."""
+    goal_by_operator: bool = False
+    """The robot cannot tell that it reached the target: the person beside it says so."""
 
     def build(self) -> GoalReach:
-        return GoalReach(self.max_steps, self.start_m, self.headings_deg)
+        return GoalReach(self.max_steps, self.start_m, self.headings_deg, self.goal_by_operator)
 
     def check(self, robot: RobotConfig) -> None:
         if robot.spec.start_fields != GoalReach.start_fields:

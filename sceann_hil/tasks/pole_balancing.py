@@ -40,6 +40,12 @@ class PoleBalancing(Task):
     def succeeded(self, results: Results) -> NDArray[np.bool_]:
         return np.asarray(results.end_reasons == EndReason.TIME_UP)
 
+    def instruction(self, trial: int) -> str:
+        angle_deg = np.rad2deg(self._starts[trial, 2])
+        return (
+            f"Put the cart in the middle of its track, at rest, and hold the pole at {angle_deg:+.1f}° (to the right)."
+        )
+
 
 class PoleBalancingConfig(TaskConfig):
     """Balance a pole on a cart for as long as possible, in one deterministic trial."""

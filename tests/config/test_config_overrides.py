@@ -70,7 +70,8 @@ def test_a_setting_corrects_what_is_wrong_in_the_file(file: Path) -> None:
         ("seed=", "--set seed=: expected a whole number, got nothing"),
         (
             "sede=1",
-            "--set sede=1: unknown key, did you mean seed? Expected algorithm, controller, name, robot, seed or task",
+            "--set sede=1: unknown key, did you mean seed? Expected algorithm, budget, controller, name, operator, "
+            "reference, robot, saving, seed, suspenders or task",
         ),
         ("task.start_m=[1]", "--set task.start_m=[1]: expected 2 values, got a list of 1 value"),
         (

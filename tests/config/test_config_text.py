@@ -165,6 +165,35 @@ algorithm:
   mutation_rate: null
   step_bits: 1
   tournament: 2
+operator:
+  who: null
+  confirm: true
+  prompt: none
+  host: 127.0.0.1
+  port: 8075
+  script: []
+  repeat_script: false
+budget:
+  robot_time: null
+  wall_time: null
+  trials: null
+  battery_charges: null
+  whole_generations: false
+suspenders:
+  battery: null
+  temperature_c: null
+  link_quality: null
+  disk_free_mb: null
+  operator_absent_s: null
+saving:
+  reuse: false
+  pool: null
+  racing: 'off'
+  shuffle: false
+reference:
+  every: null
+  genome: null
+  trial: 0
 """
 
 

@@ -1,0 +1,234 @@
+"""Simulation against robot: the same genomes here and there, one genome again and again, and drift."""
+
+from __future__ import annotations
+
+import json
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from sceann_hil.coding import Bits
+from sceann_hil.commands.arguments import AsJson, OperatorOption, RunDirectory, operator_override, print_json
+from sceann_hil.commands.other_robot import with_robot_of
+from sceann_hil.config import ExperimentConfig, dump_config, parse_config
+from sceann_hil.drift import Drift
+from sceann_hil.errors import ConfigError, NotARun
+from sceann_hil.evaluator import Phenotype
+from sceann_hil.gap_report import GapReport, Measurement, Spread, measure
+from sceann_hil.journal import IndividualRow, JournalReader
+from sceann_hil.operators.staff import beside
+from sceann_hil.replay import journalled_config
+from sceann_hil.robot import GapEstimate, Robot
+from sceann_hil.timespans import duration_text
+
+OnRobot = Annotated[
+    Path | None, typer.Option("--on", metavar="ROBOT", help="YAML file with the other robot's section `robot`.")
+]
+
+
+def register(app: typer.Typer) -> None:
+    """Add this module's commands."""
+    for command in (compare, repeat, drift):
+        app.command()(command)
+
+
+def compare(
+    directory: RunDirectory,
+    on: OnRobot = None,
+    top: Annotated[int, typer.Option("--top", min=1, help="So many of the best genomes.")] = 5,
+    repeats: Annotated[int, typer.Option("--repeats", min=1, help="How often each runs all its trials.")] = 3,
+    operator: OperatorOption = None,
+    as_json: AsJson = False,
+) -> None:
+    """Run the best genomes of a run in simulation and on the robot, and say how far the two are apart, and why.
+
+    Example: sceann compare runs/first --on my_robot.yaml --top 5 --repeats 3
+    """
+    reader = JournalReader(directory)
+    simulated, real = _pair(journalled_config(reader), on, operator)
+    rows = _best(reader, top)
+    genomes = np.stack([row.genome_bits(simulated.genome_length) for row in rows])
+    there, timing = _measured(real, genomes, repeats)
+    here, _ = _measured(simulated, genomes, repeats)
+    with simulated.robot.build() as body:
+        estimate = body.estimate_gap(there.starts, there.traces) if there.traces else None
+    report = GapReport.of([row.genome for row in rows], here, there, estimate)
+    folder = _folder(directory, "compare")
+    # drawing takes a second to import
+    from sceann_hil.gap_report import figures
+
+    figures.draw_gap(report, here, there, folder / "gap.png")
+    figures.draw_trajectories(here, there, folder / "trajectories.png")
+    if timing:
+        figures.draw_timing(timing, folder / "timing.png")
+    document = {**report.as_dict(), "gap_section": gap_section(estimate), "folder": str(folder)}
+    (folder / "compare.json").write_text(json.dumps(document, indent=2), encoding="utf-8")
+    if as_json:
+        print_json(document)
+    else:
+        _print_comparison(report, folder, estimate)
+
+
+def repeat(
+    directory: RunDirectory,
+    genome: Annotated[str, typer.Option("--genome", help="best, or an individual's number.")] = "best",
+    n: Annotated[int, typer.Option("-n", min=2, help="How often it runs all its trials.")] = 20,
+    on: OnRobot = None,
+    operator: OperatorOption = None,
+    as_json: AsJson = False,
+) -> None:
+    """Run one genome again and again: how its fitness scatters, and how many repeats tell two genomes apart.
+
+    Example: sceann repeat runs/first --genome best -n 20
+    """
+    reader = JournalReader(directory)
+    config = _with_operator(journalled_config(reader), operator)
+    config = with_robot_of(config, on) if on is not None else config
+    row = _individual(reader, genome)
+    measurement, _ = _measured(config, row.genome_bits(config.genome_length)[None], n)
+    fitness = measurement.repeats[0]
+    spread = Spread.of(fitness)
+    task = config.task.build()
+    differences = [part * (task.best_fitness - task.worst_fitness) for part in (0.02, 0.05, 0.1, 0.2)]
+    folder = _folder(directory, "repeat")
+    from sceann_hil.gap_report import figures
+
+    figures.draw_spread(fitness.tolist(), spread, folder / f"individual-{row.id}.png")
+    document = {
+        "individual": row.id,
+        "genome": row.genome,
+        "robot": measurement.robot,
+        "fitness": fitness.tolist(),
+        "mean": spread.mean,
+        "interval": [spread.low, spread.high],
+        "deviation": spread.deviation,
+        "robot_s": float(measurement.durations_s.sum()),
+        "repeats_to_tell": {f"{difference:.4g}": spread.repeats_to_tell(difference) for difference in differences},
+        "folder": str(folder),
+    }
+    (folder / f"individual-{row.id}.json").write_text(json.dumps(document, indent=2), encoding="utf-8")
+    if as_json:
+        print_json(document)
+        return
+    table = Table(show_header=False, title=f"Individual {row.id}, {n} times on {measurement.robot}")
+    table.add_row("fitness", f"{spread.mean:.4g}, 95 % interval {spread.low:.4g} to {spread.high:.4g}")
+    table.add_row("standard deviation of one repeat", f"{spread.deviation:.3g}")
+    table.add_row("robot time", duration_text(float(measurement.durations_s.sum())))
+    for difference in differences:
+        needed = spread.repeats_to_tell(difference)
+        table.add_row(f"repeats of each to tell a difference of {difference:.3g}", str(needed))
+    Console().print(table)
+    typer.echo(folder)
+
+
+def drift(directory: RunDirectory, as_json: AsJson = False) -> None:
+    """Show the reference genome's fitness over a run, and whether the robot drifts.
+
+    Example: sceann drift runs/first
+    """
+    rows = JournalReader(directory).references()
+    if not rows:
+        raise NotARun(
+            f"{directory} has no reference runs.", "Ask for some in the configuration: reference: {every: 50}."
+        )
+    found = Drift.of([row.fitness for row in rows if row.fitness is not None])
+    path = _folder(directory, "drift") / "drift.png"
+    from sceann_hil.gap_report import figures
+
+    figures.draw_drift(rows, path)
+    if as_json:
+        print_json(
+            {"runs": found.runs, "tau": found.tau, "p": found.p_value, "warning": found.warning, "chart": str(path)}
+        )
+        return
+    typer.echo(found.warning or f"No drift: {found.runs} reference runs, p = {found.p_value:.2g}.")
+    typer.echo(path)
+
+
+def gap_section(estimate: GapEstimate | None) -> str:
+    """An estimate as the `gap` section of a simulated robot, to be pasted; empty without one."""
+    if estimate is None:
+        return ""
+    low, high = min(estimate.sensor_offset), max(estimate.sensor_offset)
+    offset = f"{low:g}" if low == high else f"{{uniform: [{low:g}, {high:g}]}}"
+    return (
+        f"gap:\n  sensor_offset: {offset}\n  motor_gain: {estimate.motor_gain:g}\n"
+        f"  latency_steps: {estimate.latency_steps}\n"
+    )
+
+
+def _pair(config: ExperimentConfig, on: Path | None, operator: str | None) -> tuple[ExperimentConfig, ExperimentConfig]:
+    """The run's configuration on the simulated robot, and on the other one."""
+    config = _with_operator(config, operator)
+    other = with_robot_of(config, on) if on is not None else None
+    if config.robot.spec.repeatable and other is not None:
+        return config, other
+    body = getattr(config.robot, "body", None)
+    if not config.robot.spec.repeatable and (other is not None or body is not None):
+        simulated = other if other is not None else config.model_copy(update={"robot": body})
+        if simulated.robot.spec.repeatable:
+            return simulated, config
+    raise ConfigError(
+        f"compare needs a simulated robot and another one; the run's own is {config.robot.spec.name}.",
+        "Name the other one: --on ROBOT.yaml, a file with a robot section.",
+    )
+
+
+def _with_operator(config: ExperimentConfig, operator: str | None) -> ExperimentConfig:
+    return parse_config(dump_config(config), "--operator", operator_override(operator))
+
+
+def _measured(config: ExperimentConfig, genomes: Bits, repeats: int) -> tuple[Measurement, dict[str, Any]]:
+    console = Console(stderr=True, highlight=False)
+    phenotype = Phenotype(config.controller.coding, config.size, config.controller.dynamics)
+    robot: Robot = config.robot.build()
+    show = partial(console.print, markup=False, soft_wrap=True)
+    with robot, beside(robot, config.operator, show) as desk:
+        measurement = measure(robot, phenotype, config.task.build(), genomes, repeats, config.seed, desk)
+        return measurement, robot.timing
+
+
+def _best(reader: JournalReader, top: int) -> list[IndividualRow]:
+    """The best different genomes of the last finished generation."""
+    finished = reader.generations(finished=True)
+    if not finished:
+        raise NotARun(f"{reader.directory} has no finished generation yet.", "`sceann resume` it first.")
+    rows = sorted(reader.individuals(finished[-1].number), key=lambda row: -(row.fitness or 0.0))
+    return list({row.genome: row for row in reversed(rows)}.values())[::-1][:top]
+
+
+def _individual(reader: JournalReader, genome: str) -> IndividualRow:
+    if genome != "best":
+        if not genome.isdecimal():
+            raise typer.BadParameter(f"expected best or an individual's number, got {genome}")
+        return reader.individual(int(genome))
+    champion = reader.champion()
+    if champion is None:
+        raise NotARun(f"{reader.directory} has no finished generation yet.", "`sceann resume` it first.")
+    return champion
+
+
+def _folder(directory: Path, name: str) -> Path:
+    folder = directory / "reports" / name
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def _print_comparison(report: GapReport, folder: Path, estimate: GapEstimate | None) -> None:
+    console = Console(highlight=False)
+    table = Table("genome", report.simulation, report.robot, "gap", "95 %", title="Simulation and robot")
+    for gap in report.genomes:
+        interval = f"{gap.low:+.3g} to {gap.high:+.3g}" if gap.low == gap.low else "needs --repeats 2"
+        table.add_row(gap.genome, f"{gap.simulated:.4g}", f"{gap.measured:.4g}", f"{gap.gap:+.3g}", interval)
+    console.print(table)
+    if report.rank_correlation == report.rank_correlation:
+        console.print(f"rank correlation {report.rank_correlation:.2f} (p = {report.p_value:.2g})")
+    if estimate is not None:
+        console.print(f"The simulation behaves like the robot with this section (residual {estimate.residual:.3g}):")
+        typer.echo(gap_section(estimate))
+    typer.echo(folder)

@@ -1,0 +1,11 @@
+"""The same genomes here and there: how far simulation and robot are apart, and why.
+
+`measure` runs genomes again and again on one robot, `GapReport` compares two such measurements, `Spread` says what one
+genome's fitness scatters, `figures` draws all of it.
+"""
+
+from sceann_hil.gap_report.comparison import GapReport
+from sceann_hil.gap_report.measuring import Measurement, measure
+from sceann_hil.gap_report.spread import Spread
+
+__all__ = ["GapReport", "Measurement", "Spread", "measure"]

@@ -1,0 +1,156 @@
+"""Savings: off they change nothing, exact ones change nothing but the time, and every one survives a resume."""
+
+from __future__ import annotations
+
+import sqlite3
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sceann_hil.evolution.sga import SGA
+from sceann_hil.experiment import Experiment, Outcome, StopRequest
+from sceann_hil.journal import JOURNAL_NAME
+from sceann_hil.saving import Pool, Racing, bounds, raced_fitness, rounds, still_open
+from tests.runs import GOAL, POLE, config_of, contents, evolve, resume
+
+LONG_GOAL = (GOAL, "algorithm.generations=6", "algorithm.population=8", "task.max_steps=120")
+
+
+def genomes(directory: Path) -> list[tuple[str, ...]]:
+    return sqlite3.connect(directory / JOURNAL_NAME).execute("SELECT genome FROM individual ORDER BY id").fetchall()
+
+
+def count(directory: Path) -> int:
+    return int(sqlite3.connect(directory / JOURNAL_NAME).execute("SELECT count(*) FROM attempt").fetchone()[0])
+
+
+@settings(deadline=None)
+@given(
+    st.integers(2, 12).flatmap(
+        lambda n: st.lists(st.lists(st.integers(0, 4), min_size=5, max_size=5), min_size=n, max_size=n)
+    ),
+    st.integers(0, 2**32),
+)
+def test_whatever_the_rest_would_give_the_next_generation_is_the_same(trials: list[list[int]], seed: int) -> None:
+    """The proof in `sceann_hil.saving.racing`, tried on races that are made to end."""
+    whole = np.array(trials, np.float64) / 4.0
+    # some individuals far apart, so that races do end
+    whole[::3] *= 0.1
+    seen = np.full_like(whole, np.nan)
+    is_open = np.ones(len(whole), np.bool_)
+    for trial in range(whole.shape[1]):
+        seen[is_open, trial] = whole[is_open, trial]
+        is_open &= still_open(seen, 0.0, 1.0, Racing.EXACT)
+    raced, full = raced_fitness(seen, 0.0, 1.0, Racing.EXACT), raced_fitness(whole, 0.0, 1.0, Racing.EXACT)
+    assert (np.sign(raced[:, None] - raced) == np.sign(full[:, None] - full)).all()
+    assert raced.max() == full.max()
+    algorithm = SGA(24, population=len(whole))
+    state = algorithm.start(np.random.default_rng(seed))
+    one, other = (algorithm.tell(state, f, np.random.default_rng(seed)) for f in (raced, full))
+    assert (one.genomes == other.genomes).all()
+
+
+def test_an_exact_race_ends_when_the_order_is_settled_and_not_before() -> None:
+    values = np.array([[1.0, 1.0, 1.0, 0.7], [0.0, 0.0, 0.0, np.nan], [0.9, 0.9, 0.9, np.nan]])
+    assert still_open(values, 0.0, 1.0, Racing.EXACT).tolist() == [False, False, True]
+    low, high = bounds(values, 0.0, 1.0)
+    assert (low[1], high[1]) == (0.0, 0.25)
+    tied = np.array([[0.0, 0.0, 0.0, np.nan], [0.0, 0.0, 0.0, np.nan], [1.0, 1.0, 1.0, 1.0]])
+    assert still_open(tied, 0.0, 1.0, Racing.EXACT).tolist() == [True, True, False]
+
+
+def test_a_run_with_exact_racing_breeds_the_same_genomes(tmp_path: Path) -> None:
+    evolve(tmp_path / "plain", *LONG_GOAL)
+    evolve(tmp_path / "raced", *LONG_GOAL, "saving.racing=exact")
+    assert genomes(tmp_path / "raced") == genomes(tmp_path / "plain")
+    assert count(tmp_path / "raced") <= count(tmp_path / "plain")
+
+
+def test_reuse_on_a_noise_free_task_gives_the_same_run_with_fewer_trials(tmp_path: Path) -> None:
+    evolve(tmp_path / "plain", POLE)
+    evolve(tmp_path / "reused", POLE, "saving.reuse=true")
+    assert contents(tmp_path / "reused")["individual"] == contents(tmp_path / "plain")["individual"]
+    assert count(tmp_path / "reused") < count(tmp_path / "plain")
+    once = (
+        "SELECT count(*) = count(DISTINCT genome || trial) FROM attempt a JOIN individual i "
+        "ON i.generation = a.generation AND i.number = a.individual"
+    )
+    assert sqlite3.connect(tmp_path / "reused" / JOURNAL_NAME).execute(once).fetchone() == (1,)
+
+
+def test_reuse_does_nothing_where_noise_has_influence(tmp_path: Path) -> None:
+    evolve(tmp_path / "plain", GOAL)
+    evolve(tmp_path / "reused", GOAL, "saving.reuse=true")
+    assert contents(tmp_path / "reused")["attempt"] == contents(tmp_path / "plain")["attempt"]
+
+
+def test_pooled_fitness_is_the_mean_over_all_attempts_of_a_genome(tmp_path: Path) -> None:
+    evolve(tmp_path / "run", *LONG_GOAL, "saving.pool=2")
+    db = sqlite3.connect(tmp_path / "run" / JOURNAL_NAME)
+    most = db.execute(
+        "SELECT max(n) FROM (SELECT count(*) AS n FROM attempt a JOIN individual i ON i.generation = a.generation "
+        "AND i.number = a.individual GROUP BY genome, trial)"
+    ).fetchone()[0]
+    assert most == 2
+    for genome, generation, fitness in db.execute("SELECT genome, generation, fitness FROM individual").fetchall():
+        means = db.execute(
+            "SELECT avg(a.fitness) FROM attempt a JOIN individual i ON i.generation = a.generation "
+            "AND i.number = a.individual WHERE genome = ? AND a.generation <= ? GROUP BY trial",
+            (genome, generation),
+        ).fetchall()
+        assert fitness == pytest.approx(np.mean(means))
+
+
+def test_shuffled_trials_give_the_same_results_in_another_order(tmp_path: Path) -> None:
+    evolve(tmp_path / "plain", GOAL)
+    evolve(tmp_path / "shuffled", GOAL, "saving.shuffle=true")
+    plain, shuffled = contents(tmp_path / "plain"), contents(tmp_path / "shuffled")
+    assert shuffled["individual"] == plain["individual"]
+    without_ids = [sorted(row[1:] for row in journal["attempt"]) for journal in (plain, shuffled)]
+    assert without_ids[0] == without_ids[1]
+    assert shuffled["attempt"] != plain["attempt"]
+
+
+@pytest.mark.parametrize(
+    "saving",
+    ["{racing: exact}", "{racing: approximate}", "{pool: 2}", "{pool: 1, racing: approximate, shuffle: true}"],
+)
+def test_a_run_that_was_stopped_anywhere_goes_on_as_if_it_had_not(saving: str, tmp_path: Path) -> None:
+    overrides = (*LONG_GOAL[1:], f"saving={saving}")
+    evolve(tmp_path / "whole", GOAL, *overrides)
+    config = config_of(GOAL, *overrides)
+    asked = 0
+
+    def stop() -> StopRequest:
+        nonlocal asked
+        asked += 1
+        return StopRequest.NOW if asked % 5 == 0 else StopRequest.NONE
+
+    with Experiment.create(config, tmp_path / "run") as experiment, config.robot.build() as robot:
+        outcome = experiment.evolve(robot, stop=stop)
+    while outcome is not Outcome.FINISHED:
+        with Experiment.open(tmp_path / "run") as experiment, config.robot.build() as robot:
+            outcome = experiment.evolve(robot, stop=stop)
+    assert resume(tmp_path / "run") is Outcome.FINISHED
+    assert contents(tmp_path / "run")["attempt"] == contents(tmp_path / "whole")["attempt"]
+    assert contents(tmp_path / "run")["individual"] == contents(tmp_path / "whole")["individual"]
+
+
+def test_rounds_hold_every_place_once() -> None:
+    for by_trial in (False, True):
+        for shuffle in (False, True):
+            parts = rounds(5, 3, trial_by_trial=by_trial, shuffle=shuffle, root_seed=1, generation=2)
+            places = [tuple(place) for part in parts for place in part.tolist()]
+            assert sorted(places) == [(i, t) for i in range(5) for t in range(3)]
+            assert len(parts) == (3 if by_trial else 1)
+
+
+def test_a_pool_runs_the_first_of_identical_individuals() -> None:
+    pool = Pool(n_trials=2, limit=1)
+    same = np.zeros((3, 4), np.uint8)
+    assert pool.wanted(same).tolist() == [[True, True], [False, False], [False, False]]
+    pool.add(same[0].tobytes(), 0, 0.5, True)
+    assert pool.wanted(same).tolist() == [[False, True], [False, False], [False, False]]

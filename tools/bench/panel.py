@@ -1,0 +1,93 @@
+"""From a press on the web panel to the robot's safe output, on the virtual robot (firmware, line and motor driver)."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import threading
+import time
+
+import numpy as np
+from figures import Figure
+
+from backends.cartpole import CartPole
+from backends.emulation.body import VirtualBody
+from backends.emulation.posix import RecordKind
+from backends.emulation.virtual_posix import VirtualPosix
+from backends.remote import RemoteConfig, RemoteRobot
+from sceann_hil.coding import Coding, NetworkSize
+from sceann_hil.controller import Dynamics
+from sceann_hil.operators import Desk, Situation, Verb
+from sceann_hil.operators.web import WebPanel
+from sceann_hil.robot import Trials
+
+PRESSES = 25
+SIZE = NetworkSize(2, 1, 1)
+FIELDS = ("x_m", "velocity_m_s", "angle_rad", "angular_velocity_rad_s")
+
+
+def run() -> list[Figure]:
+    """Stop and emergency stop, each pressed in a running trial."""
+    figures = []
+    with VirtualPosix(VirtualBody(CartPole()), baud=115_200) as virtual:
+        config = RemoteConfig(port=virtual.port, n_sensors=2, n_motors=1, tick_s=0.02, start_fields=FIELDS)
+        with config.build() as robot:
+            latencies = [_press(virtual, robot, number, Verb.STOP) for number in range(1, PRESSES + 1)]
+        worst_ms, median_ms = 1e3 * max(latencies), 1e3 * float(np.median(latencies))
+        figures.append(
+            Figure(
+                f"press to safe motors, {PRESSES} presses at 115,200 baud",
+                f"median {median_ms:.1f} ms, worst {worst_ms:.1f} ms",
+                "< 100 ms",
+                worst_ms < 100,
+            )
+        )
+        stops = []
+        for number in range(101, 104):
+            with config.build() as robot:
+                stops.append(_press(virtual, robot, number, Verb.EMERGENCY_STOP))
+        worst_ms = 1e3 * max(stops)
+        figures.append(Figure("the same, emergency stop", f"worst {worst_ms:.1f} ms", "< 100 ms", worst_ms < 100))
+    return figures
+
+
+def _press(virtual: VirtualPosix, robot: RemoteRobot, number: int, verb: Verb) -> float:
+    if virtual.body is not None:
+        virtual.body.place([0.0] * 4)
+    desk = Desk()
+
+    def trial() -> None:
+        with desk.flight(Situation(0, 0, 0, 0, ""), robot.interrupt):
+            robot.run(_trials(number))
+
+    with WebPanel(desk, "127.0.0.1", 0) as panel:
+        thread = threading.Thread(target=trial)
+        thread.start()
+        time.sleep(0.4)
+        connection = http.client.HTTPConnection(panel.url.removeprefix("http://").rstrip("/"))
+        connection.connect()
+        virtual.driver_log.clear()
+        pressed_s = time.perf_counter()
+        connection.request("POST", "/press", json.dumps({"verb": verb}), {"Content-Type": "application/json"})
+        while not any(record.kind is RecordKind.SAFE for record in list(virtual.driver_log)):
+            if time.perf_counter() - pressed_s > 5.0:
+                raise RuntimeError(f"{verb}: the motors were not safe after 5 s")
+            time.sleep(0.0005)
+        latency_s = time.perf_counter() - pressed_s
+        connection.close()
+        thread.join()
+    return latency_s
+
+
+def _trials(number: int) -> Trials:
+    bits = np.zeros((1, Coding.SCEANN2.genome_length(SIZE)), np.uint8)
+    return Trials(
+        size=SIZE,
+        dynamics=Dynamics(),
+        weights=Coding.SCEANN2.decode(bits, SIZE),
+        genome_index=np.zeros(1, np.int32),
+        starts=np.zeros((1, 4)),
+        keys=np.ones(1, np.uint64),
+        max_steps=60_000,
+        ids=np.array([number]),
+    )
