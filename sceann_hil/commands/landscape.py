@@ -12,7 +12,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from sceann_hil.commands.arguments import AsJson, ConfigFile, Overrides, Seed, overrides_of, print_json
-from sceann_hil.commands.study_progress import tell_disk_full
+from sceann_hil.commands.study_progress import tell_disk_full, told_when_interrupted
 from sceann_hil.landscape import Summary, analyse, enumerate_landscape
 from sceann_hil.landscape.enumeration import check_enumerable
 from sceann_hil.study import cores, load_conditions
@@ -49,7 +49,7 @@ def enumerate_genomes(
     console = Console(stderr=True, highlight=False)
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("ETA"), TimeRemainingColumn(compact=True))
     found: dict[str, Summary] = {}
-    with Progress(*columns, console=console, transient=True) as bars:
+    with told_when_interrupted(console), Progress(*columns, console=console, transient=True) as bars:
         for condition in conditions:
             bar = bars.add_task(condition.label, total=None)
 

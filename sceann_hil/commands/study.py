@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 
 from sceann_hil.commands.arguments import Overrides, Seed, overrides_of
-from sceann_hil.commands.study_progress import show_study_progress
+from sceann_hil.commands.study_progress import show_study_progress, told_when_interrupted
 from sceann_hil.errors import ConfigError
 from sceann_hil.study import LocalWorkers, Study, cores, load_study, run_study
 from sceann_hil.study.runner import Workers
@@ -70,6 +70,6 @@ def _files(config: Path) -> list[Path]:
 def _run(studies: list[Study], directory: Path, workers: Workers, console: Console) -> None:
     for one in studies:
         console.rule(f"[bold]{one.config.name}[/]", align="left")
-        with show_study_progress(console) as observer:
+        with told_when_interrupted(console), show_study_progress(console) as observer:
             run_study(one, directory / one.config.name, workers, observer)
     console.print(f"  sceann report {directory}")

@@ -7,9 +7,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import timedelta
 
+import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
+from sceann_hil.errors import ExitCode
 from sceann_hil.study import BlockResult, Condition, Observer, Todo
 
 _SECONDS_BETWEEN_LINES = 10.0
@@ -38,6 +40,16 @@ def tell_disk_full(console: Console) -> None:
         "[bold red]The disk is full.[/] Waiting: free some space and the work goes on by itself. Ctrl-C stops it; "
         "nothing that was recorded is lost."
     )
+
+
+@contextmanager
+def told_when_interrupted(console: Console) -> Iterator[None]:
+    """Ctrl-C ends the command with its own exit code and one sentence."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        console.print("Stopped, as asked. What was recorded is safe; the same command goes on.")
+        raise typer.Exit(ExitCode.INTERRUPTED_NOW) from None
 
 
 class _Lines(Observer):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -137,3 +138,22 @@ def test_report_names_its_files(folder: Path) -> None:
 
 def test_report_refuses_a_folder_without_studies(folder: Path) -> None:
     assert sceann("report", "many", cwd=folder).returncode == ExitCode.NOT_A_RUN
+
+
+def test_ctrl_c_stops_with_its_own_exit_code_and_the_study_goes_on(folder: Path) -> None:
+    command = [sys.executable, "-m", "sceann_hil.cli", "study", "small.yaml", "--runs", "4000", "--workers", "1"]
+    process = subprocess.Popen([*command, "--out", "interrupted"], cwd=folder, stderr=subprocess.PIPE, text=True)
+    assert process.stderr is not None
+    try:
+        for line in process.stderr:
+            if "runs to do" in line:
+                process.send_signal(signal.SIGINT)
+                break
+        told = process.stderr.read()
+        assert process.wait(60) == ExitCode.INTERRUPTED_NOW
+    finally:
+        process.kill()
+        process.wait()
+        process.stderr.close()
+    assert "Stopped, as asked." in told
+    assert "Traceback" not in told
