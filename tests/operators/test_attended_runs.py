@@ -163,6 +163,25 @@ def test_reference_runs_are_asked_for_like_any_other_trial(tmp_path: Path) -> No
     assert robots[0].starts == N_TRIALS + references
 
 
+def test_a_trial_that_was_never_judged_is_judged_after_a_crash_and_not_counted_by_itself(tmp_path: Path) -> None:
+    class Dying(Beside):
+        def run(self, trials: Any) -> Any:
+            raise SystemExit("the host dies")
+
+    class Remembering(Beside):
+        def settle(self, trials: Any) -> Any:
+            return self.run(trials)
+
+    with pytest.raises(SystemExit):
+        attended_run(tmp_path / "run", ["ready"], robot=Dying)
+    assert rows(tmp_path / "run", "SELECT end_reason FROM attempt") == [(None,)]
+    script = ["after: discard nobody saw it"] + ["ready", "accept"] * N_TRIALS
+    assert attended_run(tmp_path / "run", script, robot=Remembering)[0] is Outcome.FINISHED
+    assert rows(tmp_path / "run", "SELECT end_reason, note FROM attempt WHERE id = 1") == [
+        ("operator", "discard: nobody saw it")
+    ]
+
+
 class _EndlessFirst(Beside):
     """Only the first trial waits to be interrupted."""
 
