@@ -10,6 +10,10 @@ The way of the data, in one direction::
 * `sceann_hil.robot`: the abstract robot; the package `backends` has the robots themselves.
 * `sceann_hil.evaluator`: where genomes, trials, robot and fitness meet.
 * `sceann_hil.experiment`, `sceann_hil.journal`, `sceann_hil.replay`: one run, its record, and the proof of it.
+* `sceann_hil.operators`, `sceann_hil.budget`, `sceann_hil.suspenders`: who stands beside the robot, what the run may
+  cost, what pauses it; `sceann_hil.supervision` has all of them speak between trials, `sceann_hil.forecast` the end.
+* `sceann_hil.saving`: less robot time. `sceann_hil.rehearsal`: a run without the robot.
+* `sceann_hil.gap_report`, `sceann_hil.drift`: simulation against robot, and the robot against itself.
 * `sceann_hil.recording`: every trial in the rerun viewer, made from the journal.
 * `sceann_hil.study`, `sceann_hil.landscape`, `sceann_hil.robustness`: many runs, every genome, disturbed bodies.
 * `sceann_hil.report`: the paper's tables, figures and claims from studies.

@@ -153,7 +153,7 @@ class Meter:
             if spent + trials * cost > limit * (1.0 + 1e-9):
                 what = "one more trial takes" if trials == 1 else f"{trials} more trials take"
                 return (
-                    f"the {words} is used up: {text(spent)} of {text(limit)} spent, and {what} about "
+                    f"the budget of {words} does not suffice: {text(spent)} of {text(limit)} spent, and {what} about "
                     f"{text(trials * cost)}"
                 )
         return None

@@ -53,6 +53,9 @@ class Companion(Protocol):
     def begin(self, generation: int, todo: int, total: int) -> None:
         """A generation is about to be evaluated; `todo` of its `total` trials are still to be run."""
 
+    def room(self, wanted: int) -> int:
+        """How many of so many trials may be run at once, at least 1."""
+
     def ready(self, generation: int, slots: Slots) -> bool:
         """These attempts are next; False to come back to them after the generation's others."""
 
@@ -74,6 +77,9 @@ class Alone:
 
     def begin(self, generation: int, todo: int, total: int) -> None:
         """Nothing to say."""
+
+    def room(self, wanted: int) -> int:
+        return wanted
 
     def ready(self, generation: int, slots: Slots) -> bool:
         if self._stop():
@@ -284,7 +290,8 @@ class Evaluator:
         queue = deque((int(i), int(t)) for i, t in places if np.isnan(now.fitness[i, t]))
         batch_size = self._robot.spec.batch_size
         while queue:
-            batch = [queue.popleft() for _ in range(min(batch_size or len(queue), len(queue)))]
+            size = self._companion.room(min(batch_size or len(queue), len(queue)))
+            batch = [queue.popleft() for _ in range(size)]
             individual, trial = (np.array(column, np.int64) for column in zip(*batch, strict=True))
             slots = Slots(individual, trial, now.attempts[individual, trial])
             self._check_retries(now, slots)

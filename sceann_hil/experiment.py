@@ -317,6 +317,7 @@ class _Stoppable:
         self._companion = companion
         self._stop = stop
         self.begin = companion.begin
+        self.room = companion.room
         self.attend = companion.attend
 
     def ready(self, generation: int, slots: Slots) -> bool:

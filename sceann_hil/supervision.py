@@ -6,6 +6,7 @@ question to the operator, so that nobody puts a robot in place for a trial that 
 
 from __future__ import annotations
 
+import math
 import shutil
 import threading
 import time
@@ -106,16 +107,18 @@ class Supervisor:
             raise Stopped(StopReason.BUDGET, f"generation {generation} does not fit: {refusal}")
         self._publish()
 
+    def room(self, wanted: int) -> int:
+        fitting = min(float(wanted), self._meter.trials_left() * (1.0 + 1e-9))
+        return max(1, math.floor(fitting))
+
     def ready(self, generation: int, slots: Slots) -> bool:
         self._tell_journal(generation)
         while True:
             self._desk.between()
             self._suspend(generation)
             self._pass_time()
-            refusal = self._meter.refusal(len(slots) if self._robot.spec.batch_size is None else 1)
-            if refusal and self._robot.spec.batch_size is None:
-                # a batch costs what it costs on average, not as many times the most expensive trial
-                refusal = self._meter.refusal(len(slots), on_average=True)
+            # a batch costs what it costs on average, not as many times the most expensive trial
+            refusal = self._meter.refusal(len(slots), on_average=len(slots) > 1)
             if refusal:
                 raise Stopped(StopReason.BUDGET, refusal)
             trials = int(self._meter.spent.trials)

@@ -2,5 +2,6 @@
 
 `prepare`: list, schema, plan. `evolve`: evolve, resume. `inspect`: status, replay, export-csv. `observe`: view, record.
 `study`, `landscape` (enumerate), `report`, `champion`: many runs.
+`rehearse`; `gap`: compare, repeat, drift.
 `firmware`: export, flash, verify.
 """

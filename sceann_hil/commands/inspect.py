@@ -47,6 +47,7 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
         "trials": reader.count_attempts(),
         "robot_s": sum(row.robot_s or 0.0 for row in generations),
         "wall_s": sum(row.wall_s or 0.0 for row in generations),
+        "operator_s": reader.operator_s(),
         "best_fitness_ever": best and best.best_fitness,
         "champion": champion and {"individual": champion.id, "fitness": champion.fitness, "genome": champion.genome},
         "versions": run.versions,
@@ -64,6 +65,8 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
     table.add_row("generations", f"{len(generations)} of {last + 1}")
     table.add_row("trials", str(document["trials"]))
     table.add_row("robot time", f"{document['robot_s']:.1f} s")
+    if document["operator_s"]:
+        table.add_row("a person's time at prompts", f"{document['operator_s']:.1f} s")
     if champion:
         table.add_row("champion", f"individual {champion.id}, fitness [bold]{champion.fitness:.4g}[/]")
         table.add_row("its genome", champion.genome)

@@ -300,6 +300,10 @@ class JournalReader:
         ).fetchone()[0]
         return SpentRow(robot_s, wall_s, trials, charges)
 
+    def operator_s(self) -> float:
+        """What a person needed at the prompts of all attempts."""
+        return float(self._db.execute("SELECT coalesce(sum(operator_s), 0) FROM attempt").fetchone()[0])
+
     def limits(self) -> dict[str, float | None] | None:
         """The budgets of the newest session; None before there is one."""
         row = self._db.execute("SELECT limits FROM session ORDER BY id DESC LIMIT 1").fetchone()

@@ -38,6 +38,13 @@ def test_a_budget_of_trials_is_kept_to_the_trial_and_can_be_extended(tmp_path: P
     assert one_by_one(tmp_path / "run", more={"trials": 1000}) is Outcome.FINISHED
 
 
+def test_a_robot_that_takes_batches_gets_one_that_fits(tmp_path: Path) -> None:
+    config = config_of(GOAL, "budget.trials=10")
+    with Experiment.create(config, tmp_path / "run") as experiment, config.robot.build() as robot:
+        assert experiment.evolve(robot) is Outcome.BUDGET_SPENT
+    assert JournalReader(tmp_path / "run").spent().trials == 10
+
+
 def test_a_budget_of_robot_time_is_never_overdrawn_and_no_trial_is_cut(tmp_path: Path) -> None:
     # before enough trials are measured one counts as long as it may be: 60 steps of 0.2 s
     assert one_by_one(tmp_path / "run", "budget.robot_time=100s") is Outcome.BUDGET_SPENT
