@@ -21,7 +21,7 @@ from backends.link.messages import (
     start_arguments,
     unpack_sensors,
 )
-from backends.link.session import RobotLink
+from backends.link.session import NoAnswer, RobotLink
 from backends.link.statistics import LinkStatistics
 from backends.link.trial import Order, begin
 from backends.link.upload import upload
@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from backends.remote.robot import RemoteRobot
 
 PROBES = 200
+_HOPELESS = 10
+"""Requests without any answer after which probing the line further tells nothing more."""
 SLOW_S = 0.008
 DEADLINE_S = 0.3
 LATEST_S = 0.35
@@ -101,8 +103,14 @@ def _line_quality(link: RobotLink) -> Iterator[Finding]:
     link.statistics = probe = LinkStatistics(robot_receive_errors=before.robot_receive_errors)
     link.receive(0.25)
     errors = probe.robot_receive_errors
+    unanswered = 0
     for _ in range(PROBES):
-        link.request(Op.STOP)
+        try:
+            link.request(Op.STOP)
+        except NoAnswer:
+            unanswered += 1
+            if unanswered == _HOPELESS:
+                raise
     link.receive(0.25)
     trips, lost = probe.round_trips, probe.retries
     errors = probe.robot_receive_errors - errors
@@ -117,7 +125,8 @@ def _line_quality(link: RobotLink) -> Iterator[Finding]:
     yield Finding(
         "frame loss",
         Verdict.BAD if lost or errors else Verdict.GOOD,
-        f"{lost} of {PROBES} requests had to be repeated, {errors} broken frames at the robot",
+        f"{lost} of {PROBES} requests had to be repeated, {unanswered} were never answered, "
+        f"{errors} broken frames at the robot",
         "Shorten or shield the cable, or lower the baud rate." if lost or errors else "",
     )
     link.statistics = before
