@@ -117,9 +117,10 @@ def _run(
         settings = parse_config(text, str(experiment.directory), operator_override(operator)).operator
     robot = experiment.config.robot.build()
     with ExitStack() as connected:
+        # entered first, so left last: the robot is let go before anybody waits for recordings
+        connected.enter_context(recorded(console, experiment.directory, record))
         with console.status(f"Getting {robot.spec.name} ready (compiled once, which takes some seconds)..."):
             connected.enter_context(robot)
-        connected.enter_context(recorded(console, experiment.directory, record))
         if live:
             connected.enter_context(watched_live(robot, experiment.directory))
         started = time.monotonic()

@@ -17,7 +17,8 @@ from sceann_hil.errors import as_user_error
 from sceann_hil.recording.paths import RecordingPaths
 from sceann_hil.recording.process import Detail, RecorderStatus, State
 
-_NICENESS = 15
+_HEAD_START_S = 3.0
+"""What the evolution has both cores for before anything is recorded."""
 
 
 def main() -> int:
@@ -26,8 +27,6 @@ def main() -> int:
     parser.add_argument("run_dir", type=Path)
     parser.add_argument("--record", type=Detail, choices=list(Detail), default=Detail.ALL)
     arguments = parser.parse_args()
-    with contextlib.suppress(OSError, AttributeError):
-        os.nice(_NICENESS)
     status_path = RecordingPaths(arguments.run_dir).status
     told = RecorderStatus(detail=arguments.record)
 
@@ -37,6 +36,8 @@ def main() -> int:
 
     ended = threading.Event()
     threading.Thread(target=_wait_for_end, args=(ended,), daemon=True).start()
+    # rerun takes a second of a core to import; a short run is over by then, and a long one does not notice
+    ended.wait(_HEAD_START_S)
     try:
         from sceann_hil.recording.recorder import Recorder
 

@@ -32,7 +32,8 @@ def run() -> list[Figure]:
     balanced = weights[one.run(trials_of(weights)).steps == MAX_STEPS]
     long = np.tile(balanced, (-(-3_000 // len(balanced)), 1, 1))
     long_rate = len(long) * MAX_STEPS / median_s(lambda: one.run(trials_of(long)), clock=time.thread_time)
-    scaling = median_s(lambda: one.run(trials_of(weights))) / median_s(lambda: two.run(trials_of(weights)))
+    trials = trials_of(weights)
+    scaling = median_s(lambda: one.run(trials)) / median_s(lambda: two.run(trials))
     figures = [
         Figure("random genomes, one core", f"{ours / 1e6:.0f} million steps/s", ">= 60 (goal 100)", ours >= 60e6),
         Figure("successful genomes, one core", f"{long_rate / 1e6:.0f} million steps/s"),
