@@ -33,7 +33,8 @@ class Forecast:
         self._generations = generations
         self._trials_per_generation = trials_per_generation
         self._longest_trial_s = longest_trial_s
-        self._robot_s: list[list[float]] = []
+        self._robot_s: dict[int, list[float]] = {}
+        self._before_begin_s: list[float] = []
         self._besides_s: list[float] = []
         self._generation = 0
         self._todo = trials_per_generation
@@ -43,13 +44,13 @@ class Forecast:
         """A generation begins, of which `todo` trials are still to be run."""
         self._generation, self._todo = generation, todo
         self._per_generation.append(todo)
-        self._robot_s.append([])
+        self._robot_s.setdefault(generation, []).extend(self._before_begin_s)
+        self._before_begin_s = []
 
     def add(self, robot_s: float, besides_s: float) -> None:
         """One attempt has ended; `besides_s` is the time that it took besides robot time."""
-        if not self._robot_s:
-            self._robot_s.append([])
-        self._robot_s[-1].append(robot_s)
+        # a resumed run settles what was left unfinished before its generation begins
+        self._robot_s.get(self._generation, self._before_begin_s).append(robot_s)
         self._besides_s.append(besides_s)
         self._todo = max(0, self._todo - 1)
 
@@ -70,7 +71,8 @@ class Forecast:
 
     def trial_s(self) -> float:
         """Expected robot time of one of the trials to come."""
-        measured = [generation for generation in self._robot_s if generation]
+        by_generation = {number: durations for number, durations in sorted(self._robot_s.items()) if durations}
+        measured = list(by_generation.values())
         if not measured:
             return self._longest_trial_s
         means = np.array([np.mean(generation) for generation in measured])
@@ -78,8 +80,7 @@ class Forecast:
         if len(means) <= LEAST_GENERATIONS:
             return recent_s
         # evolution is fast at first: durations run about straight over the logarithm of the generation
-        first = self._generation - len(means) + 1
-        progress = np.log1p(np.arange(first, first + len(means)))
+        progress = np.log1p(np.array(list(by_generation)))
         slope = float(np.polyfit(progress[:-1], means[:-1], 1)[0])
         ahead = np.log1p(np.arange(self._generation, max(self._generations, self._generation) + 1)).mean()
         expected_s = recent_s + TREND * slope * float(ahead - progress[-RECENT_GENERATIONS:].mean())
