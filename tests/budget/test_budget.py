@@ -129,7 +129,7 @@ def test_a_rehearsal_is_the_whole_run_with_a_stand_in(tmp_path: Path) -> None:
 
 
 def test_a_forecast_after_a_resume_in_the_first_generation_is_a_number() -> None:
-    """What was left unfinished is settled before its generation begins; the forecast once took it for a generation -1."""
+    """Unfinished trials are settled before their generation begins; once they counted as a generation -1."""
     from sceann_hil.forecast import Forecast
     from sceann_hil.tasks.pole_balancing import PoleBalancing
 
