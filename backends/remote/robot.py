@@ -139,7 +139,15 @@ class RemoteRobot(Robot):
         self._reach()
         try:
             self._check_descriptor()
-            self._rest()
+            try:
+                self._rest()
+            except Refused as refused:
+                if refused.status is not Status.NO_SESSION:
+                    raise
+                # it lost power since it said hello
+                self._reach()
+                self._check_descriptor()
+                self._rest()
         except BaseException:
             self._hang_up()
             raise
