@@ -184,7 +184,12 @@ class RobotLink:
                 if message.arbitration_id & 0x7F == self.node:
                     self.statistics.received += 1
                     incoming = Incoming(message.arbitration_id & 0x780, bytes(message.data))
-                    self._note(incoming)
+                    try:
+                        self._note(incoming)
+                    except ValueError:
+                        # a number that this link version does not have: somebody else's device on the same bus
+                        self.statistics.foreign += 1
+                        continue
                     return incoming
             elif message is None and time.monotonic() >= deadline:
                 return None

@@ -14,6 +14,7 @@ class LinkStatistics:
     Attributes:
         sent: frames to the robot.
         received: frames from it.
+        foreign: frames with our robot's identifier that are none of this link's.
         retries: requests and lock-steps that were sent again because no answer came.
         lost_ticks: control steps whose telemetry did not arrive whole.
         robot_receive_errors: broken frames that the robot counted (stays at 255).
@@ -22,6 +23,7 @@ class LinkStatistics:
 
     sent: int = 0
     received: int = 0
+    foreign: int = 0
     retries: int = 0
     lost_ticks: int = 0
     robot_receive_errors: int = 0

@@ -88,6 +88,11 @@ def assert_motors_safe(log: Iterable[BoardRecord], fault_us: int, unpowered: boo
     assert (safe.time_us - fault_us) % 2**32 <= SAFE_WITHIN_US
 
 
+def without_motion(results: list[tuple[object, ...]]) -> list[tuple[object, ...]]:
+    """Which trials were counted: all that a late tick of a tethered robot, whose motors hold on, leaves as it is."""
+    return [row[:3] for row in results]
+
+
 COUNTED = (
     "SELECT generation, individual, trial, end_reason, steps, state_hash, fitness FROM attempt "
     "WHERE fitness IS NOT NULL ORDER BY generation, individual, trial"

@@ -17,8 +17,10 @@ import pytest
 from backends.cartpole import CartPole, CartPoleConfig
 from backends.diffdrive import DifferentialDrive, DifferentialDriveConfig
 from backends.emulation.body import Battery, VirtualBody
+from backends.emulation.cable import Cable, LineFaults
 from backends.emulation.can_bridge import CanBridge
 from backends.emulation.power import switch_on
+from backends.emulation.qemu import QemuBoard
 from backends.emulation.virtual_posix import VirtualPosix
 from backends.emulation.virtual_uno import VirtualUno
 from backends.link.messages import Function, Mode
@@ -32,7 +34,7 @@ from sceann_hil.experiment import Outcome
 from sceann_hil.firmware.build import Board
 from sceann_hil.robot import EndReason, Trials
 from tests.remote.phases import counted_results, in_phase
-from tests.remote.trials import counted, pole_run, pole_trials
+from tests.remote.trials import counted, hil_robot, pole_run, pole_trials
 from tests.runs import evolve, resume
 
 needs_avr = pytest.mark.skipif(shutil.which("avr-gcc") is None, reason="avr-gcc is not installed")
@@ -168,6 +170,18 @@ def test_a_run_in_the_loop_on_a_cortex_m_survives_the_death_of_its_host(board: B
         _, status = os.waitpid(pid, 0)
         assert os.WIFSIGNALED(status)
         assert resume(tmp_path / "run") is Outcome.FINISHED
+    assert counted_results(tmp_path / "run") == counted_results(tmp_path / "sim")
+
+
+@needs_qemu
+def test_a_run_in_the_loop_on_a_cortex_m_at_the_end_of_a_bad_cable(tmp_path: Path) -> None:
+    small = {"population": 3, "generations": 1, "max_steps": 20}
+    evolve(tmp_path / "sim", pole_run("{type: cartpole, n_sensors: 2}", **small))
+    with QemuBoard(Board.LM3S6965, eeprom=tmp_path / "eeprom") as board:
+        cable = Cable(board.line.socket, tmp_path / "port")
+        cable.faults = LineFaults(lost=0.01, doubled=0.02, spoilt=0.02, swapped=0.01)
+        assert evolve(tmp_path / "run", pole_run(hil_robot(cable.port), **small)) is Outcome.FINISHED
+        cable.close()
     assert counted_results(tmp_path / "run") == counted_results(tmp_path / "sim")
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from backends.cartpole import CartPole
 from backends.emulation.virtual_posix import VirtualPosix
+from backends.link.messages import EventCode
 from backends.remote import RemoteConfig, RemoteRobot
 from sceann_hil.coding import Coding, NetworkSize
 from sceann_hil.controller import Dynamics
@@ -80,11 +81,16 @@ def virtual_config(virtual: VirtualPosix, mode: str, **more: object) -> RemoteCo
     )
 
 
-def counted(robot: RemoteRobot, trial: Trials, attempts: int = 5) -> Results:
-    """A real-time trial as the evaluator runs it: a void attempt (a busy machine misses a tick) is made again."""
-    results = robot.run(trial)
-    for attempt in range(1, attempts):
-        if not EndReason(results.end_reasons[0]).is_void:
-            break
+def counted(robot: RemoteRobot, trial: Trials, attempts: int = 8) -> Results:
+    """A trial in real time in which no tick came late; on a busy machine it takes more than one attempt."""
+    for attempt in range(attempts):
+        known = list(robot.link.events)
         results = robot.run(replace(trial, ids=trial.ids + 1000 * attempt))
-    return results
+        late = [
+            event
+            for event in list(robot.link.events)[len(known) :]
+            if event.code in (EventCode.OVERRUN, EventCode.TICK_MISMATCH)
+        ]
+        if not EndReason(results.end_reasons[0]).is_void and not late:
+            return results
+    raise TimeoutError(f"this machine is too busy for a trial in real time: {attempts} attempts were late")
