@@ -170,6 +170,10 @@ class RobotLink:
         Raises:
             LinkDown: the port or adapter is gone.
         """
+        with self._lock:  # two readers of one port take each other's bytes
+            return self._receive(timeout_s)
+
+    def _receive(self, timeout_s: float) -> Incoming | None:
         deadline = time.monotonic() + timeout_s
         while True:
             now = time.monotonic()

@@ -6,11 +6,12 @@ The small client packs with cantools from the DBC and works on chips whose time 
 
 from __future__ import annotations
 
+import threading
 import time
 
 import can
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from backends.emulation.virtual_posix import VirtualPosix
@@ -30,6 +31,7 @@ def test_frames_come_out_as_they_went_in_however_the_stream_is_cut(frames: list[
     assert deframer.broken == 0
 
 
+@settings(derandomize=True)
 @given(identifier=identifiers, data=payloads, place=st.integers(0, 13), bit=st.integers(0, 7))
 def test_a_flipped_bit_never_becomes_another_message(identifier: int, data: bytes, place: int, bit: int) -> None:
     frame = bytearray(framing.encode_frame(identifier, data))
@@ -83,3 +85,33 @@ def test_a_link_goes_on_among_foreign_frames() -> None:
             link.receive(0.2)
         assert link.state is messages.State.IDLE
         link.close()
+
+
+class CountingBus:
+    """A bus that notices when two read it at once."""
+
+    def __init__(self) -> None:
+        self.readers = 0
+        self.most_readers = 0
+
+    def recv(self, timeout: float) -> None:
+        self.readers += 1
+        self.most_readers = max(self.most_readers, self.readers)
+        time.sleep(timeout)
+        self.readers -= 1
+
+    def shutdown(self) -> None:
+        """Nothing to do."""
+
+
+def test_two_threads_never_read_a_port_at_once() -> None:
+    """Regression: the doctor listened while the heartbeat thread did, and a healthy robot's port was called gone."""
+    bus = CountingBus()
+    link = RobotLink(bus)  # type: ignore[arg-type]
+    threads = [threading.Thread(target=lambda: [link.receive(0.02) for _ in range(3)]) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert bus.most_readers == 1
+    link.close()

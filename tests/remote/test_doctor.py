@@ -8,7 +8,7 @@ import pytest
 
 from backends.cartpole import CartPoleConfig
 from backends.emulation.cable import Cable, LineFaults
-from backends.emulation.posix import PosixBoard
+from backends.emulation.posix import PosixBoard, RecordKind
 from backends.emulation.virtual_posix import VirtualPosix
 from backends.link.session import RobotLink
 from backends.remote import RemoteConfig
@@ -28,14 +28,14 @@ def test_a_robot_that_is_well(virtual: VirtualPosix) -> None:
     assert set(found) == {
         "serial ports", "handshake", "round trip", "frame loss", "watchdog self-test", "sensors", "motors"
     }  # fmt: skip
-    last_drive = [record for record in virtual.driver_log if record.motors][-1]
+    last_drive = [record for record in virtual.driver_log if record.kind is RecordKind.DRIVE][-1]
     assert_motors_safe(virtual.driver_log, last_drive.time_us)
 
 
 def test_nothing_moves_without_leave(virtual: VirtualPosix) -> None:
     found = findings(virtual_config(virtual, "onboard"))
     assert found["motors"].verdict is Verdict.NOT_DONE
-    assert not [record for record in virtual.driver_log if any(record.motors)]
+    assert not [record for record in virtual.driver_log if record.kind is RecordKind.DRIVE]
 
 
 def test_a_board_without_a_body(board: PosixBoard) -> None:
