@@ -62,6 +62,11 @@ class LiveFeed:
         os.set_blocking(self._pipe.fileno(), False)
         self._trial_id = 0
 
+    @property
+    def pid(self) -> int:
+        """The process with the viewer."""
+        return self._process.pid
+
     def begin(self, trial_id: int) -> None:
         """A trial starts."""
         self._trial_id = trial_id

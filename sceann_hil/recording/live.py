@@ -6,6 +6,7 @@ again what it computes on the robot. When the trial is over, the whole of it is 
 
 from __future__ import annotations
 
+import contextlib
 import os
 import select
 import sys
@@ -24,6 +25,7 @@ from sceann_hil.recording.source import RunSource
 from sceann_hil.recording.trial import RecordedTrial, recording_id
 from sceann_hil.robot import EndReason, Trace
 
+NICENESS = 15
 FRAME_S = 0.1
 """Steps are sent to the viewer so often."""
 
@@ -127,6 +129,9 @@ def records(descriptor: int) -> Iterator[tuple[FeedKind, int, int, bytes, int] |
 
 def main() -> int:
     """Show trials until the pipe ends."""
+    # whatever the viewer needs comes after the loop that drives a robot
+    with contextlib.suppress(OSError, AttributeError):
+        os.nice(NICENESS)
     run_dir, target = Path(sys.argv[1]), sys.argv[2]
     source = RunSource(run_dir)
     trial: LiveTrial | None = None

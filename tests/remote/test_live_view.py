@@ -26,7 +26,7 @@ def evolve_watched(directory: Path, text: str, target: str, spoil: bool = False)
     with Experiment.create(config, directory) as experiment, config.robot.build() as robot:
         feed = LiveFeed(directory, target)
         if spoil:
-            os.kill(feed._process.pid, signal.SIGKILL)
+            os.kill(feed.pid, signal.SIGKILL)
             feed._process.wait()
         robot.observe(feed)
         experiment.evolve(robot)
@@ -55,7 +55,7 @@ def test_a_viewer_that_is_killed_or_stalled_changes_nothing(board: PosixBoard, h
         config = config_of(text)
         with Experiment.create(config, tmp_path / "run") as experiment, config.robot.build() as robot:
             feed = LiveFeed(tmp_path / "run", str(tmp_path / "live.rrd"))
-            os.kill(feed._process.pid, signal.SIGSTOP)
+            os.kill(feed.pid, signal.SIGSTOP)
             robot.observe(feed)
             experiment.evolve(robot)
             feed.close(timeout_s=0.1)
@@ -67,7 +67,7 @@ def test_a_full_pipe_drops_steps_at_once(tmp_path: Path) -> None:
     """Nobody reads: the loop goes on, and what was dropped is counted."""
     evolve(tmp_path / "run", pole_run("{type: cartpole, n_sensors: 2}", **SMALL))
     feed = LiveFeed(tmp_path / "run", str(tmp_path / "live.rrd"))
-    os.kill(feed._process.pid, signal.SIGSTOP)
+    os.kill(feed.pid, signal.SIGSTOP)
     feed.begin(1)
     sensors, state = np.zeros(12, np.uint16), np.zeros(6, np.float32)
     deadline = time.monotonic() + 30.0
