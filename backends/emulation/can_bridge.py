@@ -8,7 +8,7 @@ import threading
 
 import can
 
-from backends.link.framing import Deframer, encode_frame
+from sceann_hil.firmware.framing import Deframer, encode_frame
 
 
 class CanBridge:

@@ -8,17 +8,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from backends.link.messages import (
-    SENSORS_PER_PAGE,
-    Function,
-    Mode,
-    Op,
-    Telemetry,
-    pack_sensors,
-    unpack_drive,
-)
+from backends.link.messages import pack_sensors, unpack_drive
 from backends.link.session import RobotLink
 from backends.link.trial import Follower, Order, TrialLost, begin, check, wait_for_end
+from sceann_hil.firmware.vocabulary import SENSORS_PER_PAGE, Function, Mode, Op, Telemetry
 from sceann_hil.robot import EndReason, TrialObserver
 
 ANSWER_S = 0.1

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from backends.link.messages import Mode, Op, Telemetry
 from backends.link.session import RobotLink
 from backends.link.trial import Follower, Order, Watch, begin, check, wait_for_end
+from sceann_hil.firmware.vocabulary import Mode, Op, Telemetry
 from sceann_hil.robot import TrialObserver
 
 

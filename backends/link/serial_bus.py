@@ -18,7 +18,7 @@ import serial
 from can.typechecking import AutoDetectedConfig
 from serial.tools import list_ports
 
-from backends.link.framing import DELIMITER, Deframer, encode_frame
+from sceann_hil.firmware.framing import DELIMITER, Deframer, encode_frame
 
 LARGEST_IDENTIFIER = 0x7FF
 WRITE_TIMEOUT_S = 0.2

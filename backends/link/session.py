@@ -18,18 +18,11 @@ from typing import NamedTuple
 
 import can
 
-from backends.link.descriptor import PAGES, Descriptor
 from backends.link.messages import (
-    LINK_VERSION,
     End,
     Event,
-    EventCode,
-    Function,
     Heartbeat,
-    Op,
     Reply,
-    State,
-    Status,
     hello_arguments,
     host_heartbeat,
     identifier,
@@ -37,6 +30,8 @@ from backends.link.messages import (
 )
 from backends.link.statistics import LinkStatistics
 from sceann_hil.controller import ARITHMETIC_ID
+from sceann_hil.firmware.descriptor import PAGES, Descriptor
+from sceann_hil.firmware.vocabulary import LINK_VERSION, EventCode, Function, Op, State, Status
 from sceann_hil.robot import LinkError
 
 HEARTBEAT_S = 0.1

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from backends.link.messages import Function, Mode, Op, Telemetry, pack_drive
+from backends.link.messages import pack_drive
 from backends.link.session import RobotLink
 from backends.link.trial import Follower, Order, TrialLost, Watch, begin, check, wait_for_end
 from sceann_hil.controller import Controller, state_hash
+from sceann_hil.firmware.vocabulary import Function, Mode, Op, Telemetry
 from sceann_hil.robot import TrialObserver
 
 

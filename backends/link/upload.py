@@ -2,27 +2,13 @@
 
 from __future__ import annotations
 
-import struct
-import zlib
-
-import numpy as np
-
-from backends.link.messages import (
-    CHUNK_BYTES,
-    Function,
-    Op,
-    Status,
-    commit_arguments,
-    load_arguments,
-    pack_chunk,
-)
+from backends.link.messages import commit_arguments, pack_chunk
 from backends.link.session import NoAnswer, Refused, RobotLink
 from sceann_hil.coding import Bits, Coding, NetworkSize, Weights
-from sceann_hil.controller import Dynamics, Neuron
+from sceann_hil.controller import Dynamics
+from sceann_hil.firmware.image import ControllerImage
+from sceann_hil.firmware.vocabulary import CHUNK_BYTES, Function, Op, Status
 from sceann_hil.robot import RobotFault
-
-CODING_NUMBER = {Coding.SCEANN1: 1, Coding.SCEANN2: 2, Coding.SCEANN3: 3}
-NEURON_NUMBER = {Neuron.ACCUMULATING: 0, Neuron.MEMORYLESS: 1}
 
 
 def shortest_genome(weights: Weights, size: NetworkSize) -> tuple[Coding, Bits]:
@@ -43,24 +29,16 @@ def upload(link: RobotLink, weights: Weights, size: NetworkSize, dynamics: Dynam
         NoAnswer, Refused, LinkDown: see `RobotLink.request`.
     """
     coding, bits = shortest_genome(weights, size)
-    load = load_arguments(
-        CODING_NUMBER[coding],
-        NEURON_NUMBER[dynamics.neuron],
-        size.n_sensors,
-        size.n_hidden,
-        size.n_motors,
-        len(bits),
-    )
-    genome = np.packbits(bits).tobytes()
-    record = load + struct.pack("<H", dynamics.initial_output) + genome
+    image = ControllerImage(bits, coding, size, dynamics)
+    genome = image.packed_genome
     chunks = [genome[k : k + CHUNK_BYTES] for k in range(0, len(genome), CHUNK_BYTES)]
     with link.exclusive():
-        link.request(Op.LOAD, load)
+        link.request(Op.LOAD, image.header)
         for index, chunk in enumerate(chunks):
             link.send(Function.GENOME, pack_chunk(index, chunk))
         for _ in range(3 * len(chunks) + 3):
             try:
-                reply = link.request(Op.COMMIT, commit_arguments(zlib.crc32(record), dynamics.initial_output))
+                reply = link.request(Op.COMMIT, commit_arguments(image.record_crc, dynamics.initial_output))
             except Refused as refused:
                 if refused.status is not Status.MISSING_CHUNK:
                     raise
@@ -68,8 +46,9 @@ def upload(link: RobotLink, weights: Weights, size: NetworkSize, dynamics: Dynam
                 missing = refused.reply.missing_chunk
                 link.send(Function.GENOME, pack_chunk(missing, chunks[missing]))
                 continue
-            expected = zlib.crc32(np.ascontiguousarray(weights, np.int8).tobytes())
-            if reply.u32() != expected:
-                raise RobotFault(f"weights: expected CRC-32 {expected:08x}, the robot decoded {reply.u32():08x}")
+            if reply.u32() != image.weights_crc:
+                raise RobotFault(
+                    f"weights: expected CRC-32 {image.weights_crc:08x}, the robot decoded {reply.u32():08x}"
+                )
             return
     raise NoAnswer("GENOME: the line loses nearly every chunk")

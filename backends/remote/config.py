@@ -9,12 +9,12 @@ from can import Bus, BusABC
 from pydantic import Field, SerializeAsAny, ValidationError, field_validator, model_validator
 
 import backends.link.serial_bus as serial_bus
-from backends.link.messages import MAX_MOTORS, MAX_SENSORS, Mode
 from backends.remote.ends import SensorEnd, SensorWatch, TaskEnd
 from backends.remote.robot import RemoteRobot, RemoteSettings
 from backends.simulation.engine import SimulatedRobot
 from sceann_hil import registry
 from sceann_hil.errors import PluginError
+from sceann_hil.firmware.vocabulary import MAX_MOTORS, MAX_SENSORS, Mode
 from sceann_hil.plugins import Misfit, RobotConfig, Section
 from sceann_hil.registry import Group
 from sceann_hil.robot import EndReason, RobotSpec

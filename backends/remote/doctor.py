@@ -10,17 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from serial.tools import list_ports
 
-from backends.link.descriptor import Capability, Descriptor
-from backends.link.messages import (
-    Function,
-    LinkEnd,
-    Mode,
-    Op,
-    Telemetry,
-    pack_drive,
-    start_arguments,
-    unpack_sensors,
-)
+from backends.link.messages import LinkEnd, pack_drive, start_arguments, unpack_sensors
 from backends.link.session import NoAnswer, RobotLink
 from backends.link.statistics import LinkStatistics
 from backends.link.trial import Order, begin
@@ -29,6 +19,8 @@ from sceann_hil.coding import NetworkSize
 from sceann_hil.controller import ONE, SENSOR_MAX, Dynamics
 from sceann_hil.diagnosis import Finding, Verdict
 from sceann_hil.durations import Durations
+from sceann_hil.firmware.descriptor import Capability, Descriptor
+from sceann_hil.firmware.vocabulary import Function, Mode, Op, Telemetry
 from sceann_hil.robot import LinkError, RobotError
 
 if TYPE_CHECKING:

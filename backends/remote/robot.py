@@ -10,9 +10,8 @@ import can
 import numpy as np
 from numpy.typing import NDArray
 
-from backends.link.descriptor import Capability, Descriptor
 from backends.link.lockstep import run_lockstep
-from backends.link.messages import LinkEnd, Mode, Op, State, Status
+from backends.link.messages import LinkEnd
 from backends.link.onboard import run_onboard
 from backends.link.session import Refused, RobotLink
 from backends.link.tethered import run_tethered
@@ -27,6 +26,8 @@ from backends.simulation.stepwise import StepwiseBody
 from sceann_hil.controller import Controller
 from sceann_hil.diagnosis import Finding
 from sceann_hil.durations import Durations
+from sceann_hil.firmware.descriptor import Capability, Descriptor
+from sceann_hil.firmware.vocabulary import Mode, Op, State, Status
 from sceann_hil.robot import (
     EmergencyStop,
     EndReason,

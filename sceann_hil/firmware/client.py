@@ -7,31 +7,29 @@ socket, or an emulated chip.
 
 from __future__ import annotations
 
-import binascii
 import secrets
 import struct
 import time
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import IntEnum, IntFlag
 from functools import cache
 from typing import Any, Protocol
 
 import cantools
 import numpy as np
 from cantools.database.can import Database
-from cobs import cobs  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
 from sceann_hil.controller import ARITHMETIC_ID, ONE
 from sceann_hil.errors import FlashFailed
 from sceann_hil.firmware.build import FIRMWARE
+from sceann_hil.firmware.descriptor import PAGES, Descriptor
+from sceann_hil.firmware.framing import Deframer, encode_frame
 from sceann_hil.firmware.image import ControllerImage
+from sceann_hil.firmware.vocabulary import CHUNK_BYTES, LINK_VERSION, Mode, Op, Status, Telemetry
 from sceann_hil.robot import LinkError
 
-LINK_VERSION = 1
-CHUNK_BYTES = 7
 REPLY_TIMEOUT_S = 0.3
 """Longest time between a command and its reply, but for STORE."""
 STORE_TIMEOUT_S = 1.5
@@ -40,60 +38,6 @@ TRIES = 6
 STEP_TIMEOUT_S = 0.1
 """Before a lock-step is repeated: short enough to send heartbeats meanwhile."""
 STEP_TRIES = 20
-
-
-class Op(IntEnum):
-    """Requests of the link."""
-
-    HELLO = 1
-    LOAD = 2
-    COMMIT = 3
-    ARM = 4
-    START = 5
-    STOP = 6
-    CLEAR = 7
-    STORE = 8
-    LAST = 9
-    STORED = 10
-
-
-class Status(IntEnum):
-    """What a reply says."""
-
-    OK = 0
-    BAD_STATE = 1
-    BAD_ARGUMENT = 2
-    NO_SESSION = 3
-    OTHER_HOST = 4
-    LINK_VERSION = 5
-    ARITHMETIC = 6
-    TOO_LARGE = 7
-    MISSING_CHUNK = 8
-    BAD_CRC = 9
-    NO_GENOME = 10
-    WRONG_SIZE = 11
-    ALREADY_RUN = 12
-    STORE_FAILED = 13
-    UNSUPPORTED = 14
-    ALARM = 15
-    UNKNOWN_OP = 16
-
-
-class Mode(IntEnum):
-    """Where controller and body are during a trial."""
-
-    ONBOARD = 0
-    TETHERED = 1
-    HIL = 2
-
-
-class Telemetry(IntFlag):
-    """What the robot sends in every tick without being asked."""
-
-    NONE = 0
-    SENSE = 1
-    DRIVE = 2
-    STATES = 4
 
 
 class Line(Protocol):
@@ -108,29 +52,17 @@ class Line(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """A decoded message: its name in the DBC and its signals' raw values."""
+    """A decoded message.
+
+    Attributes:
+        name: in the DBC.
+        signals: raw values.
+        data: its bytes as they came.
+    """
 
     name: str
     signals: dict[str, int]
-
-
-@dataclass(frozen=True, slots=True)
-class Descriptor:
-    """What a robot says that it is."""
-
-    name: str
-    unique_id: int
-    firmware: tuple[int, int, int]
-    link_version: int
-    arithmetic_id: int
-    n_sensors: int
-    n_motors: int
-    max_sensors: int
-    max_motors: int
-    max_sources: int
-    tick_min_s: float
-    tick_max_s: float
-    capabilities: int
+    data: bytes
 
 
 class Refused(LinkError):
@@ -160,23 +92,6 @@ def database() -> Database:
     return loaded
 
 
-def encode_frame(identifier: int, data: bytes) -> bytes:
-    """``COBS(id data crc16) 00``."""
-    raw = struct.pack("<H", identifier) + data
-    return bytes(cobs.encode(raw + struct.pack(">H", binascii.crc_hqx(raw, 0xFFFF)))) + b"\0"
-
-
-def decode_frame(frame: bytes) -> tuple[int, bytes] | None:
-    """Identifier and data of a frame without its 00; None if its check fails."""
-    try:
-        raw = cobs.decode(frame)
-    except cobs.DecodeError:
-        return None
-    if len(raw) < 4 or binascii.crc_hqx(raw, 0xFFFF) != 0:
-        return None
-    return int.from_bytes(raw[:2], "little"), raw[2:-2]
-
-
 class RobotClient:
     """A host in charge of one robot.
 
@@ -196,7 +111,8 @@ class RobotClient:
         self.bytes_received = 0
         self.frames_received = 0
         self._line = line
-        self._buffer = b""
+        self._deframer = Deframer()
+        self._frames: deque[tuple[int, bytes]] = deque()
         self._sequence = 0
 
     # -- messages ---------------------------------------------------------------------------------------------------
@@ -212,9 +128,8 @@ class RobotClient:
         """Messages as they come, until `timeout_s` after the call. Broken frames and other nodes are passed over."""
         deadline = time.monotonic() + timeout_s
         while True:
-            while b"\0" in self._buffer:
-                frame, self._buffer = self._buffer.split(b"\0", 1)
-                message = self._decode(frame)
+            while self._frames:
+                message = self._decode(*self._frames.popleft())
                 if message is not None:
                     yield message
             left = deadline - time.monotonic()
@@ -222,14 +137,11 @@ class RobotClient:
                 return
             data = self._line.read(left)
             self.bytes_received += len(data)
-            self._buffer = (self._buffer + data)[-65536:]
+            frames = self._deframer.feed(data)
+            self.frames_received += len(frames)
+            self._frames += frames
 
-    def _decode(self, frame: bytes) -> Message | None:
-        decoded = decode_frame(frame)
-        if decoded is None:
-            return None
-        self.frames_received += 1
-        identifier, data = decoded
+    def _decode(self, identifier: int, data: bytes) -> Message | None:
         if identifier & 0x7F != self.node:
             return None
         try:
@@ -237,7 +149,7 @@ class RobotClient:
         except KeyError:
             return None
         signals: Any = message.decode(data.ljust(8, b"\0"), decode_choices=False, scaling=False)
-        return Message(message.name, {key: int(value) for key, value in signals.items()})
+        return Message(message.name, {key: int(value) for key, value in signals.items()}, data)
 
     def expect(self, name: str, timeout_s: float = REPLY_TIMEOUT_S) -> dict[str, int]:
         """The next message of this name; others go to `events`.
@@ -283,16 +195,16 @@ class RobotClient:
         for _ in range(TRIES):
             self.request(Op.HELLO, LinkVersion=LINK_VERSION, Session=self.session, ArithmeticId=ARITHMETIC_ID)
             pages = self._descriptor_pages()
-            if {0, 1, 2, 3, 4, 5, 6} <= pages.keys():
-                return _descriptor(pages)
+            if all(page in pages for page in range(PAGES)):
+                return Descriptor.from_pages(pages)
         raise NoAnswer("HELLO: the robot's descriptor came only in parts")
 
-    def _descriptor_pages(self) -> dict[int, dict[str, int]]:
-        pages: dict[int, dict[str, int]] = {}
+    def _descriptor_pages(self) -> dict[int, bytes]:
+        pages: dict[int, bytes] = {}
         for message in self.receive(REPLY_TIMEOUT_S):
             if message.name == "Descriptor":
-                pages[message.signals["Page"]] = message.signals
-                if len(pages) == 7:
+                pages[message.data[0]] = message.data[1:]
+                if len(pages) == PAGES:
                     break
             else:
                 self.events.append(message)
@@ -398,26 +310,3 @@ class RobotClient:
                 elif message.name not in ("NeuronStates", "Drive"):
                     self.events.append(message)
         raise NoAnswer(f"tick {tick}: no DRIVE from the robot after {STEP_TRIES} tries")
-
-
-def _descriptor(pages: dict[int, dict[str, int]]) -> Descriptor:
-    name = b"".join(
-        pages[page][signal].to_bytes(n, "little")
-        for page, signals in ((4, ("Name0", "Name4")), (5, ("Name7", "Name11")), (6, ("Name14", "Name18")))
-        for signal, n in zip(signals, (4, 3), strict=True)
-    )
-    return Descriptor(
-        name=name.rstrip(b"\0").decode("ascii", "replace"),
-        unique_id=pages[3]["UniqueIdLow"] | pages[3]["UniqueIdHigh"] << 32,
-        firmware=(pages[1]["FirmwareMajor"], pages[1]["FirmwareMinor"], pages[1]["FirmwarePatch"]),
-        link_version=pages[0]["LinkVersion"],
-        arithmetic_id=pages[0]["ArithmeticId"],
-        n_sensors=pages[0]["Sensors"],
-        n_motors=pages[0]["Motors"],
-        max_sensors=pages[2]["MaxSensors"],
-        max_motors=pages[2]["MaxMotors"],
-        max_sources=pages[2]["MaxSources"],
-        tick_min_s=pages[2]["TickPeriodMin"] * 1e-4,
-        tick_max_s=pages[2]["TickPeriodMax"] * 1e-4,
-        capabilities=pages[1]["Capabilities"],
-    )

@@ -10,13 +10,14 @@ from pathlib import Path
 
 from sceann_hil.errors import FirmwareBuildFailed, FlashFailed, ToolMissing
 from sceann_hil.firmware.build import AVR, TOOLCHAINS, Board, build_board, find_tool
-from sceann_hil.firmware.client import Descriptor, NoAnswer, Op, Refused, RobotClient, Status
-from sceann_hil.firmware.image import LINK_MAX_MOTORS, LINK_MAX_SENSORS, ControllerImage
+from sceann_hil.firmware.client import NoAnswer, Refused, RobotClient
+from sceann_hil.firmware.descriptor import Capability, Descriptor
+from sceann_hil.firmware.image import ControllerImage
 from sceann_hil.firmware.serial_line import BAUD, SerialLine, meet
+from sceann_hil.firmware.vocabulary import MAX_MOTORS, MAX_SENSORS, Op, Status
 
 UNO_SENSORS = range(1, 7)
 UNO_MOTORS = 2
-HAS_STORE = 0x0004
 FIRMWARE_VERSION = (0, 1, 0)
 
 
@@ -73,7 +74,7 @@ def check_size(image: ControllerImage) -> None:
         FirmwareBuildFailed: too many sensors or motors.
     """
     size = image.size
-    for what, got, most in (("sensors", size.n_sensors, LINK_MAX_SENSORS), ("motors", size.n_motors, LINK_MAX_MOTORS)):
+    for what, got, most in (("sensors", size.n_sensors, MAX_SENSORS), ("motors", size.n_motors, MAX_MOTORS)):
         if got > most:
             raise FirmwareBuildFailed(
                 f"genome: expected at most {most} {what} (link version 1), got {got}.",
@@ -174,7 +175,7 @@ def upload_genome(client: RobotClient, image: ControllerImage, place: str) -> On
         )
     try:
         client.upload(image)
-        if not descriptor.capabilities & HAS_STORE:
+        if not descriptor.capabilities & Capability.STORE:
             return OnRobot(descriptor, image.record_crc, stored=False)
         client.store()
         stored = client.request(Op.STORED)["StoredGenomeCrc"]

@@ -11,11 +11,6 @@ import numpy as np
 from sceann_hil.coding import Bits, Coding, NetworkSize, Weights
 from sceann_hil.controller import Controller, Dynamics, Neuron
 
-LINK_MAX_SENSORS = 12
-"""Sensors of the largest network that the link carries (``docs/link.md``)."""
-LINK_MAX_MOTORS = 3
-"""Motors of the largest network that the link carries."""
-
 CODING_NUMBER = {Coding.SCEANN1: 1, Coding.SCEANN2: 2, Coding.SCEANN3: 3}
 NEURON_NUMBER = {Neuron.ACCUMULATING: 0, Neuron.MEMORYLESS: 1}
 

@@ -11,7 +11,9 @@ import serial
 from serial.tools import list_ports
 
 from sceann_hil.errors import FlashFailed
-from sceann_hil.firmware.client import Descriptor, NoAnswer, Refused, RobotClient, Status
+from sceann_hil.firmware.client import NoAnswer, Refused, RobotClient
+from sceann_hil.firmware.descriptor import Descriptor
+from sceann_hil.firmware.vocabulary import Status
 
 BAUD = 115_200
 START_S = 6.0

@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sceann_hil.controller import SENSOR_MAX, state_hash
-from sceann_hil.firmware.client import Mode, Op, RobotClient, Telemetry
+from sceann_hil.firmware.client import RobotClient
 from sceann_hil.firmware.flash import check_size
 from sceann_hil.firmware.image import ControllerImage
 from sceann_hil.firmware.serial_line import meet
+from sceann_hil.firmware.vocabulary import Mode, Op, Telemetry
 
 HEARTBEAT_S = 0.05
 HEARTBEAT_STEPS = 20

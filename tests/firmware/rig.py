@@ -11,8 +11,9 @@ import numpy as np
 
 from backends.emulation.posix import Alarm, BoardRecord, PosixBoard, RecordKind
 from sceann_hil.coding import Coding, NetworkSize
-from sceann_hil.firmware.client import Message, Mode, Op, RobotClient, Telemetry
+from sceann_hil.firmware.client import Message, RobotClient
 from sceann_hil.firmware.image import ControllerImage
+from sceann_hil.firmware.vocabulary import Mode, Op, Telemetry
 
 N_SENSORS, N_MOTORS = 3, 2
 TICK_S = 0.02

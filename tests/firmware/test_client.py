@@ -12,8 +12,10 @@ from backends.emulation.qemu import QemuBoard
 from sceann_hil.coding import Coding, NetworkSize
 from sceann_hil.controller import Dynamics, Neuron
 from sceann_hil.firmware.build import Board
-from sceann_hil.firmware.client import Mode, Op, RobotClient, Status, database, decode_frame, encode_frame
+from sceann_hil.firmware.client import RobotClient, database
+from sceann_hil.firmware.framing import decode_frame, encode_frame
 from sceann_hil.firmware.image import ControllerImage
+from sceann_hil.firmware.vocabulary import Mode, Op, Status
 from sceann_hil.robot import EndReason
 from tests.firmware.rig import an_image
 

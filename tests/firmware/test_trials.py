@@ -13,8 +13,10 @@ import pytest
 
 from backends.emulation.posix import Alarm, RecordKind
 from sceann_hil.controller import ARITHMETIC_ID, state_hash
-from sceann_hil.firmware.client import Mode, NoAnswer, Op, Refused, RobotClient, Status, Telemetry, encode_frame
+from sceann_hil.firmware.client import NoAnswer, Refused, RobotClient
+from sceann_hil.firmware.framing import encode_frame
 from sceann_hil.firmware.image import ControllerImage
+from sceann_hil.firmware.vocabulary import Mode, Op, Status, Telemetry
 from tests.firmware.rig import REASON, SENSORS, STATE, TICK_S, Rig, an_image
 
 

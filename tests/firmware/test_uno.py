@@ -11,8 +11,9 @@ from backends.emulation.measure import section_sizes
 from backends.emulation.simavr import HZ, UnoBoard
 from sceann_hil.controller import state_hash
 from sceann_hil.firmware.build import AVR, Board, build_board
-from sceann_hil.firmware.client import Message, Mode, Op, Refused, RobotClient, Status, Telemetry
+from sceann_hil.firmware.client import Message, Refused, RobotClient
 from sceann_hil.firmware.image import ControllerImage
+from sceann_hil.firmware.vocabulary import Mode, Op, Status, Telemetry
 from tests.firmware.rig import REASON, an_image
 
 BAUD = ("-DBAUD=500000UL",)

@@ -6,12 +6,17 @@ from pathlib import Path
 from typing import Any
 
 import cantools
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from backends.link import messages as m
-from backends.link.descriptor import Capability, Descriptor
+from sceann_hil.coding import Coding, NetworkSize
+from sceann_hil.controller import Dynamics, Neuron
+from sceann_hil.firmware.descriptor import Capability, Descriptor
+from sceann_hil.firmware.image import CODING_NUMBER, NEURON_NUMBER, ControllerImage
+from sceann_hil.firmware.vocabulary import EventCode, Function, Mode, Op, State, Status, Telemetry
 
 DBC: Any = cantools.database.load_file(Path(__file__).parents[2] / "firmware" / "sceann.dbc")
 
@@ -24,21 +29,21 @@ def encoded(name: str, signals: dict[str, int], length: int | None = None) -> by
 
 
 def test_every_function_is_a_message_of_the_dbc_with_this_identifier() -> None:
-    ours = {m.identifier(function, 1) for function in m.Function}
+    ours = {m.identifier(function, 1) for function in Function}
     assert ours == {message.frame_id for message in DBC.messages}
 
 
 @pytest.mark.parametrize(
     ("message", "signal", "ours"),
     [
-        ("Command", "Op", m.Op),
-        ("Reply", "Op", m.Op),
-        ("Reply", "Status", m.Status),
-        ("Reply", "State", m.State),
-        ("Heartbeat", "State", m.State),
-        ("Event", "State", m.State),
-        ("Event", "Code", m.EventCode),
-        ("Command", "Mode", m.Mode),
+        ("Command", "Op", Op),
+        ("Reply", "Op", Op),
+        ("Reply", "Status", Status),
+        ("Reply", "State", State),
+        ("Heartbeat", "State", State),
+        ("Event", "State", State),
+        ("Event", "Code", EventCode),
+        ("Command", "Mode", Mode),
         ("End", "Reason", m.LinkEnd),
         ("Reply", "LastReason", m.LinkEnd),
     ],
@@ -108,62 +113,64 @@ def test_genome_chunks(index: int, chunk: bytes) -> None:
     assert m.pack_chunk(index, chunk) == encoded("Genome", {"Chunk": index, **signals})
 
 
-def command(op: m.Op, **arguments: int) -> bytes:
+def command(op: Op, **arguments: int) -> bytes:
     return encoded("Command", {"Op": op, "Sequence": 11, **arguments})
 
 
 @given(session=st.integers(1, 65535), arithmetic_id=u32)
 def test_hello(session: int, arithmetic_id: int) -> None:
-    ours = m.pack_command(m.Op.HELLO, 11, m.hello_arguments(session, arithmetic_id))
-    assert ours == command(m.Op.HELLO, LinkVersion=1, Session=session, ArithmeticId=arithmetic_id)
+    ours = m.pack_command(Op.HELLO, 11, m.hello_arguments(session, arithmetic_id))
+    assert ours == command(Op.HELLO, LinkVersion=1, Session=session, ArithmeticId=arithmetic_id)
 
 
-@given(
-    numbers=st.tuples(st.integers(1, 3), st.integers(0, 1), st.integers(1, 12), st.integers(0, 21), st.integers(1, 3)),
-    bits=st.integers(1, 1012),
-)
-def test_load(numbers: tuple[int, int, int, int, int], bits: int) -> None:
-    names = ("Coding", "Neuron", "Sensors", "Hidden", "Motors")
-    ours = m.pack_command(m.Op.LOAD, 11, m.load_arguments(*numbers, bits))
-    assert ours == command(m.Op.LOAD, **dict(zip(names, numbers, strict=True)), Bits=bits)
+@pytest.mark.parametrize("coding", Coding)
+@pytest.mark.parametrize("neuron", Neuron)
+@given(counts=st.tuples(st.integers(1, 12), st.integers(1, 8), st.integers(1, 3)))
+def test_load(coding: Coding, neuron: Neuron, counts: tuple[int, int, int]) -> None:
+    size = NetworkSize(*counts)
+    bits = coding.genome_length(size)
+    image = ControllerImage(np.zeros(bits, np.uint8), coding, size, Dynamics(neuron=neuron))
+    signals = {"Coding": CODING_NUMBER[coding], "Neuron": NEURON_NUMBER[neuron], "Bits": bits}
+    body = dict(zip(("Sensors", "Hidden", "Motors"), counts, strict=True))
+    assert m.pack_command(Op.LOAD, 11, image.header) == command(Op.LOAD, **signals, **body)
 
 
 @given(crc=u32, initial_output=motor)
 def test_commit(crc: int, initial_output: int) -> None:
-    ours = m.pack_command(m.Op.COMMIT, 11, m.commit_arguments(crc, initial_output))
-    assert ours == command(m.Op.COMMIT, GenomeCrc=crc, InitialOutput=initial_output)
+    ours = m.pack_command(Op.COMMIT, 11, m.commit_arguments(crc, initial_output))
+    assert ours == command(Op.COMMIT, GenomeCrc=crc, InitialOutput=initial_output)
 
 
 @given(
     trial_id=st.integers(1, 65535),
     max_ticks=st.integers(1, 65535),
     period=st.integers(1, 65535),
-    mode=st.sampled_from(m.Mode),
+    mode=st.sampled_from(Mode),
     telemetry=st.integers(0, 7),
 )
-def test_start(trial_id: int, max_ticks: int, period: int, mode: m.Mode, telemetry: int) -> None:
-    arguments = m.start_arguments(trial_id, max_ticks, period * 1e-4, mode, m.Telemetry(telemetry))
-    assert m.pack_command(m.Op.START, 11, arguments) == command(
-        m.Op.START, TrialId=trial_id, MaxTicks=max_ticks, TickPeriod=period, Mode=mode, Telemetry=telemetry
+def test_start(trial_id: int, max_ticks: int, period: int, mode: Mode, telemetry: int) -> None:
+    arguments = m.start_arguments(trial_id, max_ticks, period * 1e-4, mode, Telemetry(telemetry))
+    assert m.pack_command(Op.START, 11, arguments) == command(
+        Op.START, TrialId=trial_id, MaxTicks=max_ticks, TickPeriod=period, Mode=mode, Telemetry=telemetry
     )
 
 
 @given(action=st.integers(0, 2), period=st.integers(0, 65535))
 def test_store(action: int, period: int) -> None:
-    ours = m.pack_command(m.Op.STORE, 11, m.store_arguments(action, period * 1e-4))
-    assert ours == command(m.Op.STORE, StoreAction=action, AutorunTickPeriod=period)
+    ours = m.pack_command(Op.STORE, 11, m.store_arguments(action, period * 1e-4))
+    assert ours == command(Op.STORE, StoreAction=action, AutorunTickPeriod=period)
 
 
-@pytest.mark.parametrize("op", [m.Op.ARM, m.Op.STOP, m.Op.CLEAR, m.Op.LAST, m.Op.STORED])
-def test_commands_without_arguments(op: m.Op) -> None:
+@pytest.mark.parametrize("op", [Op.ARM, Op.STOP, Op.CLEAR, Op.LAST, Op.STORED])
+def test_commands_without_arguments(op: Op) -> None:
     assert m.pack_command(op, 11) == command(op)
 
 
-@given(status=st.sampled_from(m.Status), crc=u32, missing=u8)
-def test_replies(status: m.Status, crc: int, missing: int) -> None:
-    signals = {"Op": m.Op.COMMIT, "Sequence": 7, "Status": status, "Crc": crc, "MissingChunk": missing}
+@given(status=st.sampled_from(Status), crc=u32, missing=u8)
+def test_replies(status: Status, crc: int, missing: int) -> None:
+    signals = {"Op": Op.COMMIT, "Sequence": 7, "Status": status, "Crc": crc, "MissingChunk": missing}
     reply = m.Reply.unpack(encoded("Reply", signals))
-    assert (reply.op, reply.sequence, reply.status) == (m.Op.COMMIT, 7, status)
+    assert (reply.op, reply.sequence, reply.status) == (Op.COMMIT, 7, status)
     assert (reply.u32(), reply.missing_chunk) == (crc, missing)
 
 

@@ -11,12 +11,13 @@ import pytest
 
 from backends.emulation.posix import PosixBoard
 from backends.link import session as session_module
-from backends.link.messages import LinkEnd, Mode, Op, State, Status, Telemetry, start_arguments
+from backends.link.messages import LinkEnd, start_arguments
 from backends.link.serial_bus import SceannSerialBus
 from backends.link.session import LinkDown, NoAnswer, Refused, RobotLink
 from backends.link.upload import shortest_genome, upload
 from sceann_hil.coding import Coding, NetworkSize
 from sceann_hil.controller import Dynamics
+from sceann_hil.firmware.vocabulary import Mode, Op, State, Status, Telemetry
 from sceann_hil.robot import LinkError
 
 

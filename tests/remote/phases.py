@@ -11,8 +11,8 @@ from threading import Event
 import pytest
 
 from backends.emulation.posix import BoardRecord, RecordKind
-from backends.link.messages import Function, Op
 from backends.link.session import RobotLink
+from sceann_hil.firmware.vocabulary import Function, Op
 from sceann_hil.journal import JOURNAL_NAME, Journal
 
 SAFE_WITHIN_US = 350_000

@@ -14,9 +14,9 @@ import pytest
 from backends.emulation.cable import Cable, LineFaults
 from backends.emulation.posix import Alarm
 from backends.emulation.virtual_posix import VirtualPosix
-from backends.link.messages import Function
 from backends.link.session import Incoming, RobotLink
 from sceann_hil.experiment import Outcome
+from sceann_hil.firmware.vocabulary import Function
 from sceann_hil.journal import JournalReader
 from sceann_hil.robot import EmergencyStop, EndReason, LinkError, RobotFault, TrialVoid
 from tests.remote.phases import assert_motors_safe, counted_results, in_phase, now_us, without_motion

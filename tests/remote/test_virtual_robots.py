@@ -23,7 +23,6 @@ from backends.emulation.power import switch_on
 from backends.emulation.qemu import QemuBoard
 from backends.emulation.virtual_posix import VirtualPosix
 from backends.emulation.virtual_uno import VirtualUno
-from backends.link.messages import Function, Mode
 from backends.link.session import RobotLink
 from backends.remote import RemoteConfig
 from backends.remote.robot import RemoteRobot, RemoteSettings
@@ -32,6 +31,7 @@ from sceann_hil.controller import Dynamics
 from sceann_hil.errors import CannotWrite, ConfigError
 from sceann_hil.experiment import Outcome
 from sceann_hil.firmware.build import Board
+from sceann_hil.firmware.vocabulary import Function, Mode
 from sceann_hil.robot import EndReason, Trials
 from tests.remote.phases import counted_results, in_phase
 from tests.remote.trials import counted, hil_robot, pole_run, pole_trials

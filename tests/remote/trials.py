@@ -9,10 +9,10 @@ import numpy as np
 
 from backends.cartpole import CartPole
 from backends.emulation.virtual_posix import VirtualPosix
-from backends.link.messages import EventCode
 from backends.remote import RemoteConfig, RemoteRobot
 from sceann_hil.coding import Coding, NetworkSize
 from sceann_hil.controller import Dynamics
+from sceann_hil.firmware.vocabulary import EventCode
 from sceann_hil.robot import EndReason, Results, Trials
 
 SIZE = NetworkSize(2, 3, 1)

@@ -23,7 +23,7 @@ from backends.emulation.body import VirtualBody
 from backends.emulation.posix import BOARD_RECORD, BODY_RECORD, PosixBoard, RecordKind
 from backends.emulation.virtual_posix import VirtualPosix
 from backends.link.lockstep import run_lockstep
-from backends.link.messages import Function, Mode, Op, Telemetry, start_arguments
+from backends.link.messages import start_arguments
 from backends.link.serial_bus import SceannSerialBus
 from backends.link.session import Incoming, RobotLink
 from backends.link.trial import Order
@@ -32,6 +32,7 @@ from sceann_hil.coding import NetworkSize
 from sceann_hil.config import parse_config
 from sceann_hil.controller import Dynamics
 from sceann_hil.experiment import Experiment
+from sceann_hil.firmware.vocabulary import Function, Mode, Op, Telemetry
 from sceann_hil.recording import RecorderProcess
 from sceann_hil.recording.feed import LiveFeed
 from sceann_hil.robot import EndReason, Robot

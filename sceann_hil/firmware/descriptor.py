@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from enum import IntFlag
 from typing import Self
 
-from backends.link.messages import LINK_VERSION
 from sceann_hil.controller import ARITHMETIC_ID
+from sceann_hil.firmware.vocabulary import LINK_VERSION
 from sceann_hil.robot import LinkError
 
 PAGES = 7
