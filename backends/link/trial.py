@@ -57,6 +57,7 @@ class Follower:
     Attributes:
         sensors: wire values, uint16, shape ``(max_ticks, n_sensors)``.
         has_sensors: which ticks' sensors came, shape ``(max_ticks,)``.
+        heard_s: when the robot's sensors of each tick came, monotonic, shape ``(max_ticks,)``; NaN where they did not.
         hash_bytes: low byte of the state hash after each tick, -1 where DRIVE did not come.
         motors: Q10, shape ``(max_ticks, n_motors)``, valid where `hash_bytes` is.
         newest: the newest tick whose sensors are known; -1 before the first.
@@ -73,6 +74,7 @@ class Follower:
         self.order = order
         self.sensors = np.zeros((order.max_ticks, order.n_sensors), np.uint16)
         self.has_sensors = np.zeros(order.max_ticks, np.bool_)
+        self.heard_s = np.full(order.max_ticks, np.nan)
         self.hash_bytes = np.full(order.max_ticks, -1, np.int16)
         self.motors = np.zeros((order.max_ticks, order.n_motors), np.int16)
         self.newest = -1
@@ -132,6 +134,7 @@ class Follower:
             return
         self.sensors[tick] = values[: self.order.n_sensors]
         self.has_sensors[tick] = True
+        self.heard_s[tick] = time.monotonic()
         self.newest = max(self.newest, tick)
         if self._observer is not None:
             self._observer.step(tick, self.sensors[tick], UNKNOWN)

@@ -9,8 +9,9 @@ from can import Bus, BusABC
 from pydantic import Field, SerializeAsAny, ValidationError, field_validator, model_validator
 
 import backends.link.serial_bus as serial_bus
+from backends.remote.connection import RemoteSettings
 from backends.remote.ends import SensorEnd, SensorWatch, TaskEnd
-from backends.remote.robot import RemoteRobot, RemoteSettings
+from backends.remote.robot import RemoteRobot
 from backends.simulation.engine import SimulatedRobot
 from sceann_hil import registry
 from sceann_hil.errors import PluginError

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import can
 import numpy as np
@@ -14,10 +13,11 @@ from backends.link.lockstep import run_lockstep
 from backends.link.messages import LinkEnd
 from backends.link.onboard import run_onboard
 from backends.link.session import Refused, RobotLink
+from backends.link.statistics import lateness_s
 from backends.link.tethered import run_tethered
 from backends.link.trial import Follower, Order, TrialLost, Watch
-from backends.link.upload import upload
 from backends.remote import rig
+from backends.remote.connection import Connection, RemoteSettings
 from backends.remote.doctor import examine
 from backends.remote.verdict import end_reason, ended, first_difference, result
 from backends.simulation.engine import SimulatedRobot
@@ -26,10 +26,9 @@ from backends.simulation.stepwise import StepwiseBody
 from sceann_hil.controller import Controller
 from sceann_hil.diagnosis import Finding
 from sceann_hil.durations import Durations
-from sceann_hil.firmware.descriptor import Capability, Descriptor
-from sceann_hil.firmware.vocabulary import Mode, Op, State, Status
+from sceann_hil.firmware.descriptor import Descriptor
+from sceann_hil.firmware.vocabulary import Mode, State, Status
 from sceann_hil.robot import (
-    EmergencyStop,
     EndReason,
     Health,
     LinkError,
@@ -44,27 +43,6 @@ from sceann_hil.scenery import Scenery
 
 OPENING_S = 0.2
 """Pause between two tries to open a port that is gone."""
-
-
-@dataclass(frozen=True, slots=True)
-class RemoteSettings:
-    """How a robot is reached and used.
-
-    Attributes:
-        mode: where controller and body are during a trial.
-        node: the robot's number on its bus.
-        reconnect_s: how long to try to reach a robot that does not answer.
-        bumper: what a hit bumper means for the task.
-        rig_address: ``host:port`` of a machine that puts the robot back, if there is one.
-        battery_range_v: empty and full, if the battery is measured.
-    """
-
-    mode: Mode
-    node: int = 1
-    reconnect_s: float = 10.0
-    bumper: EndReason = EndReason.OUT_OF_BOUNDS
-    rig_address: str | None = None
-    battery_range_v: tuple[float, float] | None = None
 
 
 class RemoteRobot(Robot):
@@ -90,14 +68,10 @@ class RemoteRobot(Robot):
             raise ValueError(f"body: expected a simulated body in mode HIL and in no other, got {settings.mode.name}")
         self._spec = replace(spec, batch_size=1, repeatable=False)
         self._settings = settings
-        self._open_bus = open_bus
+        self._connection = Connection(self._spec, settings, open_bus)
         self._body = StepwiseBody(body) if body is not None else None
         self._watch = watch
-        self._link: RobotLink | None = None
         self._observer: TrialObserver | None = None
-        self._descriptor: Descriptor | None = None
-        self._loaded: bytes | None = None
-        self._in_doubt = False
         self._complaint = ""
         self._interrupted: EndReason | None = None
         self._link_quality: float | None = None
@@ -117,14 +91,12 @@ class RemoteRobot(Robot):
         Raises:
             LinkError: there is none.
         """
-        if self._link is None:
-            raise LinkError(f"{self._spec.name} is not connected")
-        return self._link
+        return self._connection.connected
 
     @property
     def descriptor(self) -> Descriptor | None:
         """What the robot said that it is; None before `connect`."""
-        return self._descriptor
+        return self._connection.descriptor
 
     # -- connection -------------------------------------------------------------------------------------------------
 
@@ -137,89 +109,31 @@ class RemoteRobot(Robot):
         if self._body is not None:
             self._body.robot.connect()
             self._body.prepare()
-        self._reach()
-        try:
-            self._check_descriptor()
-            try:
-                self._rest()
-            except Refused as refused:
-                if refused.status is not Status.NO_SESSION:
-                    raise
-                # it lost power since it said hello
-                self._reach()
-                self._check_descriptor()
-                self._rest()
-        except BaseException:
-            self._hang_up()
-            raise
-
-    def _reach(self) -> None:
-        deadline = time.monotonic() + self._settings.reconnect_s
-        self._loaded, self._in_doubt = None, False
-        while True:
-            self._hang_up()
-            try:
-                self._link = RobotLink(self._open_bus(), self._settings.node)
-            except (can.CanError, OSError) as error:
-                if time.monotonic() >= deadline:
-                    raise LinkError(f"{self._spec.name}: {error}") from error
-                time.sleep(OPENING_S)
-                continue
-            try:
-                self._descriptor = self._link.hello(max(1.5, deadline - time.monotonic()))
-                return
-            except LinkError:
-                self._hang_up()
-                if time.monotonic() >= deadline:
-                    raise
-                time.sleep(OPENING_S)
-
-    def _check_descriptor(self) -> None:
-        robot, spec, mode = self._descriptor, self._spec, self._settings.mode
-        if robot is None:
-            raise LinkError(f"{spec.name} is not connected")
-        wanted = Capability.HIL if mode is Mode.HIL else Capability.BODY
-        if wanted not in robot.capabilities:
-            what = "hardware-in-the-loop trials" if mode is Mode.HIL else "sensors and motors of its own"
-            raise LinkError(f"{robot.name}: the configuration's mode is {mode.name.lower()}, but it has no {what}")
-        if mode is Mode.HIL:
-            if spec.n_sensors > robot.max_sensors or spec.n_motors > robot.max_motors:
-                raise LinkError(
-                    f"{robot.name}: expected a board for {spec.n_sensors} sensors and {spec.n_motors} motors, "
-                    f"this one takes at most {robot.max_sensors} and {robot.max_motors}"
-                )
-            return
-        if (robot.n_sensors, robot.n_motors) != (spec.n_sensors, spec.n_motors):
-            raise LinkError(
-                f"{robot.name}: expected {spec.n_sensors} sensors and {spec.n_motors} motors (the configuration's "
-                f"robot.n_sensors and robot.n_motors), the robot has {robot.n_sensors} and {robot.n_motors}"
-            )
-        if not robot.tick_min_s <= spec.tick_s <= robot.tick_max_s:
-            raise LinkError(
-                f"{robot.name}: robot.tick_s: expected {robot.tick_min_s:g}..{robot.tick_max_s:g} s, "
-                f"got {spec.tick_s:g}"
-            )
-
-    def _hang_up(self) -> None:
-        if self._link is not None:
-            self._link.close()
-            self._link = None
+        self._connection.open()
 
     def disconnect(self) -> None:
         self.make_safe("disconnect")
-        self._hang_up()
+        self._connection.close()
 
     def make_safe(self, reason: str) -> bool:
         """Stop whatever runs. Without an answer the robot stops by itself 300 ms after our last heartbeat."""
-        return self._link is not None and self._link.make_safe()
+        link = self._connection.link
+        return link is not None and link.make_safe()
 
     @property
     def timing(self) -> dict[str, Durations]:
-        return {"round trip of the link": self._link.statistics.round_trips} if self._link is not None else {}
+        link = self._connection.link
+        if link is None:
+            return {}
+        told = {
+            "round trip of the link": link.statistics.round_trips,
+            "lateness of a control step": link.statistics.lateness,
+        }
+        return {name: durations for name, durations in told.items() if len(durations)}
 
     def interrupt(self, reason: EndReason) -> None:
         """One frame, sent past whoever holds the link: STOP, or the latched stop of all robots."""
-        link = self._link
+        link = self._connection.link
         if link is None:
             return
         self._interrupted = reason
@@ -229,7 +143,7 @@ class RemoteRobot(Robot):
             link.stop_now()
 
     def health(self) -> Health:
-        link = self._link
+        link = self._connection.link
         if link is None:
             return Health(ok=False, messages=(*self._complaints(), "not connected"))
         volts = link.battery_mv / 1000.0
@@ -283,7 +197,7 @@ class RemoteRobot(Robot):
             return results
         except LinkError as error:
             self._complaint = str(error)
-            self._in_doubt = True
+            self._connection.in_doubt = True
             self.make_safe(str(error))
             return Results.void(1, EndReason.LINK_LOST, len(spec.state_fields))
         except BaseException:
@@ -303,63 +217,16 @@ class RemoteRobot(Robot):
 
     def _clear_interrupt(self) -> None:
         self._interrupted = None
-        if self._link is not None:
-            self._link.stop_wanted = False
+        if self._connection.link is not None:
+            self._connection.link.stop_wanted = False
 
     def _make_ready(self, trials: Trials) -> None:
         """Network loaded, robot at its start; nothing has moved yet, so all of it may simply be tried again."""
-        self._load_or_reach(trials)
+        self._connection.load(trials)
         if self._settings.rig_address is not None:
             # only now: a robot that could not be reached may still have been driving
             start = dict(zip(self._spec.start_fields, trials.starts[0].tolist(), strict=True))
             rig.place(self._settings.rig_address, start)
-
-    def _load_or_reach(self, trials: Trials) -> None:
-        try:
-            if self._in_doubt:
-                # it may have restarted, and then remembers neither us nor its network
-                self._loaded = None
-                self.link.hello(1.5)
-                self._in_doubt = False
-            self._load(trials)
-        except Refused as refused:
-            if refused.status is not Status.NO_SESSION:
-                self._rest()
-            else:
-                self._reach()
-            self._load(trials)
-        except LinkError:
-            self._reach()
-            self._rest()
-            self._load(trials)
-
-    def _rest(self) -> None:
-        """Out of ARMED, RUNNING or SAFE, so that a trial can be prepared.
-
-        Raises:
-            RobotFault: something holds the robot in SAFE or ESTOP.
-        """
-        self.link.request(Op.STOP)
-        try:
-            self.link.request(Op.CLEAR)
-        except Refused as refused:
-            if refused.status is Status.ALARM:
-                raise RobotFault(
-                    f"{self._spec.name} stays stopped: a stop button is held, or its board has a fault"
-                ) from None
-            raise
-
-    def _load(self, trials: Trials) -> None:
-        if self.link.state is State.ESTOP:
-            raise EmergencyStop(f"{self._spec.name}: its emergency stop is latched")
-        if self.link.state in (State.SAFE, State.ARMED, State.RUNNING):
-            self._rest()
-        weights = trials.weights[trials.genome_index[0]]
-        record = weights.tobytes() + repr((trials.size, trials.dynamics)).encode()
-        if self._settings.mode is not Mode.TETHERED and record != self._loaded:
-            self._loaded = None
-            upload(self.link, weights, trials.size, trials.dynamics)
-            self._loaded = record
 
     def _attempt(self, trials: Trials) -> Results:
         weights = trials.weights[trials.genome_index[0]]
@@ -385,6 +252,8 @@ class RemoteRobot(Robot):
                 told = ", ".join(self.health().messages)
                 raise RobotFault(f"{self._spec.name} does not arm: bumper, battery or stop button ({told})") from None
             raise
+        for late_s in lateness_s(follower.heard_s).tolist():
+            self.link.statistics.lateness.add(late_s)
         return self._judge(trials, follower, states)
 
     def _judge(self, trials: Trials, follower: Follower, states: NDArray[np.float32]) -> Results:
@@ -425,7 +294,7 @@ class RemoteRobot(Robot):
         try:
             last = self.link.last()
         except LinkError:
-            self._reach()
+            self._connection.reach()
             last = self.link.last()
         if last.trial_id != robot_trial_id(trials):
             return self.run(trials)

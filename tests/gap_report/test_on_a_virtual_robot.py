@@ -37,6 +37,8 @@ def test_its_gap_is_estimated_from_its_own_traces() -> None:
     assert found.latency_steps == 1
     assert found.motor_gain == pytest.approx(0.85, abs=0.04)
     assert found.sensor_offset == pytest.approx((0.015, 0.015), abs=0.003)
+    assert any("round trip" in name for name in timing)
+    assert any("lateness" in name for name in timing)
     assert all(len(durations) > 0 for durations in timing.values())
 
 

@@ -25,7 +25,8 @@ from backends.emulation.virtual_posix import VirtualPosix
 from backends.emulation.virtual_uno import VirtualUno
 from backends.link.session import RobotLink
 from backends.remote import RemoteConfig
-from backends.remote.robot import RemoteRobot, RemoteSettings
+from backends.remote.connection import RemoteSettings
+from backends.remote.robot import RemoteRobot
 from sceann_hil.coding import NetworkSize
 from sceann_hil.controller import Dynamics
 from sceann_hil.errors import CannotWrite, ConfigError
