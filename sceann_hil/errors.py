@@ -222,7 +222,10 @@ class InterruptedNow(UserError):
 
 
 _OF_A_ROBOT: dict[type[RobotError], tuple[type[UserError], str]] = {
-    LinkError: (RobotUnreachable, "Check power, cable and port, then `sceann resume` the run."),
+    LinkError: (
+        RobotUnreachable,
+        "Check power, cable and port, then try again; `sceann resume` goes on with a run that has begun.",
+    ),
     TrialVoid: (TrialsKeepFailing, "Find out why the trials fail, then `sceann resume` the run."),
     RobotFault: (RobotIsFaulty, "Look at the robot before you `sceann resume` the run."),
     EmergencyStop: (RobotWasStopped, "Make sure that it is safe, then `sceann resume` the run."),

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import os
 import platform
+import shutil
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, replace
@@ -209,6 +210,18 @@ class Experiment:
         self.journal.note("finished", "all generations are evaluated")
         desk.close("all generations are evaluated")
         return Outcome.FINISHED
+
+    def forget(self) -> bool:
+        """Close a run in which no trial was ever begun, and remove its folder.
+
+        Returns:
+            False if there is something in it: nothing was done.
+        """
+        if self.journal.reader.count_attempts():
+            return False
+        self.close()
+        shutil.rmtree(self.directory)
+        return True
 
     def close(self) -> None:
         """Let others write to the run. May be called twice."""

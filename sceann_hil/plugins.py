@@ -11,6 +11,7 @@ This module imports nothing of the framework at run time, so that every other mo
 from __future__ import annotations
 
 from abc import abstractmethod
+from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict
@@ -59,6 +60,17 @@ class RobotConfig(PluginConfig):
     @abstractmethod
     def build(self) -> Robot:
         """The robot, not yet connected."""
+
+    def on_virtual_board(self, body: RobotConfig) -> AbstractContextManager[RobotConfig | None]:
+        """This robot's firmware on a virtual board of this computer, for as long as the block lasts.
+
+        Args:
+            body: simulated; it is on the pins of that board.
+
+        Returns:
+            The section that leads to it, or None: this kind of robot has no firmware to rehearse.
+        """
+        return nullcontext(None)
 
 
 class TaskConfig(PluginConfig):

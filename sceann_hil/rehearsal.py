@@ -1,11 +1,15 @@
 """A whole run without the robot: a simulated body takes its place, a script the operator's.
 
 Everything between them is the real thing: desk, budget, suspenders, journal, and the prompts of an attended robot. Time
-is the only thing that is made up: a trial takes no time here, and what robot and person would need is added up.
+is the only thing that is made up: a trial takes no time here, and what robot and person would need is added up. With
+its firmware in the loop, on a virtual board of this computer, link and firmware are the real thing too, and trials take
+the time that they take.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 
 from sceann_hil import registry
@@ -64,16 +68,20 @@ class StandIn(Robot):
         """Its trials are over before anybody could."""
 
 
-def rehearsal(config: ExperimentConfig, body: RobotConfig | None = None) -> Rehearsal:
-    """The same run on a stand-in.
+@contextmanager
+def rehearsal(
+    config: ExperimentConfig, body: RobotConfig | None = None, *, firmware: bool = False
+) -> Iterator[Rehearsal]:
+    """The same run on a stand-in, for as long as the block lasts.
 
     Args:
         config: of the run that is to be rehearsed.
         body: the simulated robot that stands in; by default the robot itself if it is simulated, the body of its
             configuration (mode hil), or the task's usual one with as many sensors.
+        firmware: the robot's firmware takes part, on a virtual board with this body; trials take their time.
 
     Raises:
-        ConfigError: there is no body that fits.
+        ConfigError: there is no body that fits, or no firmware.
     """
     real = config.robot
     simulated = body or (real if real.spec.repeatable else getattr(real, "body", None)) or _usual_body(config)
@@ -87,9 +95,17 @@ def rehearsal(config: ExperimentConfig, body: RobotConfig | None = None) -> Rehe
             "prompt": Prompt.NONE,
         }
     )
-    played = config.model_copy(update={"operator": operator, "robot": simulated})
-    # once more through the text, so that the stand-in's network and task are checked like any other
-    return Rehearsal(parse_config(dump_config(played), "the rehearsal"), StandIn(simulated.build(), attended=attended))
+    with real.on_virtual_board(simulated) if firmware else nullcontext() as twin:
+        if firmware and twin is None:
+            raise ConfigError(
+                f"--firmware: robot {real.type} has no firmware to rehearse.",
+                "Leave it out, or name a configuration with a robot of type remote.",
+            )
+        played = config.model_copy(update={"operator": operator, "robot": twin or simulated})
+        # once more through the text, so that the stand-in's network and task are checked like any other
+        checked = parse_config(dump_config(played), "the rehearsal")
+        robot = checked.robot.build() if twin else StandIn(simulated.build(), attended=attended)
+        yield Rehearsal(checked, robot)
 
 
 def _usual_body(config: ExperimentConfig) -> RobotConfig:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Annotated, Any, Literal, Self
 
 from can import Bus, BusABC
@@ -15,6 +17,7 @@ from backends.remote.robot import RemoteRobot
 from backends.simulation.engine import SimulatedRobot
 from sceann_hil import registry
 from sceann_hil.errors import PluginError
+from sceann_hil.firmware.build import Board
 from sceann_hil.firmware.vocabulary import MAX_MOTORS, MAX_SENSORS, Mode
 from sceann_hil.plugins import Misfit, RobotConfig, Section
 from sceann_hil.registry import Group
@@ -167,6 +170,18 @@ class RemoteConfig(RobotConfig):
             body if isinstance(body, SimulatedRobot) else None,
             SensorWatch(self.ends) if self.ends else None,
         )
+
+    @contextmanager
+    def on_virtual_board(self, body: RobotConfig) -> Iterator[RobotConfig]:
+        # emulators are needed for this only
+        from backends.emulation.power import switch_on
+
+        with switch_on(Board.POSIX, body) as virtual:
+            lead = RemoteConfig.model_validate_json(json.dumps(virtual.section(self.mode)))
+            given = {"port": lead.port, "baud": lead.baud, "can": None, "node": 1, "rig": lead.rig}
+            yield self.model_copy(
+                update={**given, "battery_range_v": lead.battery_range_v, "attended": self.spec.attended}
+            )
 
     def open_bus(self) -> BusABC:
         """The bus that the robot is on.

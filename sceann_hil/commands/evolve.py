@@ -35,7 +35,7 @@ from sceann_hil.commands.arguments import (
 from sceann_hil.commands.progress import show_progress
 from sceann_hil.commands.recording import Live, Record, RecordChoice, recorded, watched_live
 from sceann_hil.config import dump_config, load_config, parse_config
-from sceann_hil.errors import ExitCode
+from sceann_hil.errors import ExitCode, as_user_error
 from sceann_hil.experiment import Experiment, Outcome, StopRequest
 from sceann_hil.operators.staff import beside
 
@@ -79,7 +79,13 @@ def evolve(
     more = more_of(budget_robot, budget_wall, budget_trials)
     directory = out or Path("runs") / f"{config.stem}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
     with Experiment.create(settings, directory, Ancestor(ancestor, take) if ancestor else None) as experiment:
-        _run(experiment, record, live, as_json, more=more)
+        try:
+            _run(experiment, record, live, as_json, more=more)
+        except Exception as error:
+            # no robot, no panel: the same command should work once that is put right
+            if as_user_error(error) is not None and experiment.forget():
+                Console(stderr=True, highlight=False).print("Nothing was begun; no run was kept.")
+            raise
 
 
 def resume(

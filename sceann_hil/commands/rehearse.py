@@ -13,6 +13,7 @@ from rich.table import Table
 
 from sceann_hil.commands.arguments import AsJson, ConfigFile, Overrides, Seed, overrides_of, print_json
 from sceann_hil.commands.other_robot import with_robot_of
+from sceann_hil.commands.progress import show_progress
 from sceann_hil.config import load_config
 from sceann_hil.experiment import Experiment, Outcome
 from sceann_hil.journal import JournalReader
@@ -36,6 +37,10 @@ def rehearse(
         Path | None,
         typer.Option("--body", metavar="FILE", help="YAML with the robot section of the body that stands in."),
     ] = None,
+    firmware: Annotated[
+        bool,
+        typer.Option("--firmware", help="With the robot's firmware on a virtual board; trials then take their time."),
+    ] = False,
     prompt_s: Annotated[
         float, typer.Option("--prompt-s", min=0, help="Seconds that a person needs per prompt.")
     ] = PROMPT_S,
@@ -46,16 +51,20 @@ def rehearse(
     """Play a whole run, prompts included, with a simulated body for the robot and a script for the person.
 
     Example: sceann rehearse my_robot.yaml --set algorithm.generations=5
+
+    Example: sceann rehearse my_robot.yaml --firmware --set algorithm.generations=0 --set algorithm.population=3
     """
     settings = load_config(config, overrides_of(overrides, seed))
     stand_in = with_robot_of(settings, body).robot if body is not None else None
-    play = rehearsal(settings, stand_in)
+    console = Console(stderr=True, highlight=False)
     with ExitStack() as open_ones:
+        play = open_ones.enter_context(rehearsal(settings, stand_in, firmware=firmware))
         directory = out or Path(open_ones.enter_context(tempfile.TemporaryDirectory())) / "rehearsal"
         experiment = open_ones.enter_context(Experiment.create(play.config, directory))
         robot = open_ones.enter_context(play.robot)
+        report = open_ones.enter_context(show_progress(console, play.config.algorithm.generations))
         desk = open_ones.enter_context(beside(robot, play.config.operator, lambda _: None))
-        outcome = experiment.evolve(robot, desk=desk)
+        outcome = experiment.evolve(robot, report, desk=desk)
         document = _document(experiment.journal.reader, outcome, prompt_s, play.config.operator.confirm)
     if as_json:
         print_json(document)

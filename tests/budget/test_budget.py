@@ -116,8 +116,8 @@ def test_a_rehearsal_is_the_whole_run_with_a_stand_in(tmp_path: Path) -> None:
     from sceann_hil.operators.staff import beside
 
     config = config_of(GOAL, "algorithm.generations=1")
-    play = rehearsal(config)
     with (
+        rehearsal(config) as play,
         Experiment.create(play.config, tmp_path / "run") as experiment,
         play.robot as robot,
         beside(robot, play.config.operator, lambda _: None) as desk,

@@ -6,6 +6,7 @@ import json
 import os
 import pty
 import signal
+import socket
 import sqlite3
 import subprocess
 import sys
@@ -155,6 +156,29 @@ def test_bad_input_gets_one_message_and_its_own_exit_code(
     assert "Traceback" not in answer.stderr
     assert len(answer.stderr.splitlines()) <= 25
     assert (place / "taken" / "thesis.txt").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("overrides", "code"),
+    [
+        (
+            ["robot={type: remote, port: nowhere, mode: hil, reconnect_s: 0.1, body: {type: cartpole}}"],
+            ExitCode.LINK,
+        ),
+        (["operator.who=[web]", "operator.port=PORT"], ExitCode.PANEL),
+    ],
+    ids=["no robot", "port in use"],
+)
+def test_a_run_that_cannot_begin_leaves_no_folder_behind(overrides: list[str], code: ExitCode, tmp_path: Path) -> None:
+    """Regression: once the cable was plugged in, the same command was refused because its folder existed."""
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        settings = [text.replace("PORT", str(taken.getsockname()[1])) for text in overrides]
+        options = [part for text in settings for part in ("--set", text)]
+        for _ in range(2):
+            ended = sceann("evolve", CONFIGS / "quickstart.yaml", "--out", tmp_path / "run", *options)
+            assert ended.returncode == code, ended.stderr
+            assert "Nothing was begun; no run was kept." in ended.stderr
+            assert not (tmp_path / "run").exists()
 
 
 def test_a_locked_run_is_told_apart(tmp_path: Path) -> None:

@@ -7,12 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from backends.cartpole import CartPole
 from backends.emulation.body import VirtualBody
 from backends.emulation.virtual_posix import VirtualPosix
 from backends.simulation.gap import Gap
 from backends.simulation.gap import Spread as GapSpread
+from sceann_hil.cli import app
+from sceann_hil.errors import ConfigError
 from sceann_hil.evaluator import Phenotype
 from sceann_hil.experiment import Experiment, Outcome
 from sceann_hil.gap_report import measure
@@ -20,8 +23,9 @@ from sceann_hil.journal import JournalReader
 from sceann_hil.operators import Desk
 from sceann_hil.operators.script import Script, Step
 from sceann_hil.rehearsal import rehearsal
+from tests.remote.phases import counted_results
 from tests.remote.trials import hil_robot, pole_run, real_robot
-from tests.runs import config_of
+from tests.runs import config_of, evolve
 
 
 def test_its_gap_is_estimated_from_its_own_traces() -> None:
@@ -63,6 +67,45 @@ def test_an_attended_run_on_a_virtual_robot_with_everything_that_can_be_said(tmp
 
 
 def test_a_run_in_the_loop_is_rehearsed_with_its_own_body() -> None:
-    play = rehearsal(config_of(pole_run(hil_robot("nowhere"))))
-    assert play.config.robot.type == "cartpole"
-    assert json.loads(play.config.operator.model_dump_json())["who"] == ["script"]
+    with rehearsal(config_of(pole_run(hil_robot("nowhere")))) as play:
+        assert play.config.robot.type == "cartpole"
+        assert json.loads(play.config.operator.model_dump_json())["who"] == ["script"]
+
+
+SPEC = CartPole().spec
+REAL = f"""{{type: remote, port: nowhere, mode: MODE, n_sensors: 2, n_motors: {SPEC.n_motors}, tick_s: {SPEC.tick_s},
+    bumper: fell, start_fields: [{", ".join(SPEC.start_fields)}]}}"""
+
+
+@pytest.mark.parametrize("mode", ["onboard", "tethered"])
+def test_a_rehearsal_with_firmware_asks_a_person_and_runs_on_a_board(mode: str, tmp_path: Path) -> None:
+    (tmp_path / "c.yaml").write_text(pole_run(REAL.replace("MODE", mode), population=2, generations=1, max_steps=15))
+    result = CliRunner().invoke(
+        app, ["rehearse", str(tmp_path / "c.yaml"), "--firmware", "--json", "--out", str(tmp_path / "run")]
+    )
+    assert result.exit_code == 0, result.output
+    document = json.loads(result.stdout)
+    assert (document["outcome"], document["trials"] - document["void"]) == ("finished", 4)
+    assert document["prompts"] == 2 * document["trials"]
+    # on a board, a trial takes its time
+    assert document["robot_s"] > 0.02
+
+
+def test_a_rehearsal_with_firmware_in_the_loop_gives_what_a_simulation_gives(tmp_path: Path) -> None:
+    small = {"population": 3, "generations": 1, "max_steps": 40}
+    evolve(tmp_path / "sim", pole_run("{type: cartpole, n_sensors: 2}", **small))
+    with (
+        rehearsal(config_of(pole_run(hil_robot("nowhere"), **small)), firmware=True) as play,
+        Experiment.create(play.config, tmp_path / "run") as experiment,
+        play.robot as robot,
+    ):
+        assert experiment.evolve(robot) is Outcome.FINISHED
+    assert counted_results(tmp_path / "run") == counted_results(tmp_path / "sim")
+
+
+def test_a_simulated_robot_has_no_firmware_to_rehearse(tmp_path: Path) -> None:
+    with (
+        pytest.raises(ConfigError, match="robot cartpole has no firmware"),
+        rehearsal(config_of(pole_run("{type: cartpole, n_sensors: 2}")), firmware=True),
+    ):
+        pass
