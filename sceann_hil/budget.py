@@ -67,6 +67,9 @@ class Amounts:
     def __add__(self, other: Amounts) -> Amounts:
         return Amounts(*(getattr(self, f.name) + getattr(other, f.name) for f in fields(self)))
 
+    def __sub__(self, other: Amounts) -> Amounts:
+        return Amounts(*(getattr(self, f.name) - getattr(other, f.name) for f in fields(self)))
+
     @classmethod
     def unlimited(cls) -> Self:
         """More than anybody can spend."""
@@ -159,10 +162,15 @@ class Meter:
         return None
 
     @property
+    def remaining(self) -> Amounts:
+        """What the limits still allow."""
+        return self.limits - self.spent
+
+    @property
     def left(self) -> tuple[str, ...]:
         """What is left of every limit, in words."""
         return tuple(
-            f"{words}: {text(max(0.0, getattr(self.limits, name) - getattr(self.spent, name)))} left"
+            f"{words}: {text(max(0.0, getattr(self.remaining, name)))} left"
             for name, (words, text) in _WORDS.items()
             if getattr(self.limits, name) != float("inf")
         )
@@ -171,7 +179,7 @@ class Meter:
         """How many average trials the limits still allow; infinite if nothing is limited."""
         each = self.mean_trial
         trials = min(
-            (getattr(self.limits, f.name) - getattr(self.spent, f.name)) / getattr(each, f.name)
+            getattr(self.remaining, f.name) / getattr(each, f.name)
             for f in fields(Amounts)
             if getattr(each, f.name) > 0.0
         )

@@ -28,7 +28,7 @@ from sceann_hil.drift import ReferenceRuns
 from sceann_hil.errors import RunExists
 from sceann_hil.evaluator import Companion, Evaluator, Phenotype
 from sceann_hil.evolution import Algorithm, State
-from sceann_hil.forecast import Forecast
+from sceann_hil.forecast import Cost, Forecast
 from sceann_hil.journal import LOCK_NAME, GenerationRow, IndividualRow, Journal, RunLock, Slots
 from sceann_hil.operators import Desk
 from sceann_hil.robot import Robot
@@ -261,7 +261,8 @@ class Experiment:
         limits = limits or self._limits()
         longest_trial_s = task.max_steps * robot.spec.tick_s
         trials = config.algorithm.population * task.n_trials
-        forecast = Forecast(task, config.algorithm.generations, trials, longest_trial_s)
+        before = [(row[0], Cost(*row[1:])) for row in reader.costs()]
+        forecast = Forecast(task, config.algorithm.generations, trials, longest_trial_s, before)
         meter = Meter(limits, self._spent(), longest_trial_s)
         reference = ReferenceRuns(config.reference, self.phenotype, task, robot, config.seed, self.journal)
         finite = {name: None if value == float("inf") else value for name, value in asdict(limits).items()}

@@ -335,7 +335,9 @@ class Supervisor:
             robot_s=self._meter.spent.robot_s,
             wall_s=self._meter.spent.wall_s,
             left=self._meter.left,
-            forecast=self._forecast.text(self._meter.trials_left()),
+            forecast=self._forecast.text(
+                self._meter.limits - self._meter.spent, self._meter.mean_trial.battery_charges
+            ),
             warnings=(*warnings, *wrong, *drift),
         )
         self._desk.publish(self._status, finished)

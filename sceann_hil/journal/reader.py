@@ -300,6 +300,13 @@ class JournalReader:
         ).fetchone()[0]
         return SpentRow(robot_s, wall_s, trials, charges)
 
+    def costs(self) -> list[tuple[int, int, float, float]]:
+        """(generation, attempts that ended, their robot time, their operators' time) of all generations, in order."""
+        return self._db.execute(
+            "SELECT generation, count(*), sum(robot_s), coalesce(sum(operator_s), 0) FROM attempt "
+            "WHERE robot_s IS NOT NULL GROUP BY generation ORDER BY generation"
+        ).fetchall()
+
     def operator_s(self) -> float:
         """What a person needed at the prompts of all attempts."""
         return float(self._db.execute("SELECT coalesce(sum(operator_s), 0) FROM attempt").fetchone()[0])

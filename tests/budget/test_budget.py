@@ -126,17 +126,3 @@ def test_a_rehearsal_is_the_whole_run_with_a_stand_in(tmp_path: Path) -> None:
     rows = [row for g in (0, 1) for row in JournalReader(tmp_path / "run").attempts(g)]
     assert len(rows) == 2 * 6 * 3
     assert all(row.operator_s is not None for row in rows)
-
-
-def test_a_forecast_after_a_resume_in_the_first_generation_is_a_number() -> None:
-    """Unfinished trials are settled before their generation begins; once they counted as a generation -1."""
-    from sceann_hil.forecast import Forecast
-    from sceann_hil.tasks.pole_balancing import PoleBalancing
-
-    forecast = Forecast(PoleBalancing(3000, 1.0), 20, 5, 60.0)
-    forecast.add(1.0, 0.1)
-    for generation in range(12):
-        forecast.begin(generation, 5)
-        for _ in range(5):
-            forecast.add(1.0 + 0.1 * generation, 0.1)
-        assert 0.3 <= forecast.trial_s() <= 60.0

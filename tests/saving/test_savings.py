@@ -115,13 +115,21 @@ def test_shuffled_trials_give_the_same_results_in_another_order(tmp_path: Path) 
 
 
 @pytest.mark.parametrize(
-    "saving",
-    ["{racing: exact}", "{racing: approximate}", "{pool: 2}", "{pool: 1, racing: approximate, shuffle: true}"],
+    ("text", "saving"),
+    [
+        (LONG_GOAL, "{racing: exact}"),
+        (LONG_GOAL, "{racing: approximate}"),
+        (LONG_GOAL, "{pool: 2}"),
+        (LONG_GOAL, "{pool: 1, racing: approximate, shuffle: true}"),
+        ((POLE,), "{reuse: true}"),
+    ],
 )
-def test_a_run_that_was_stopped_anywhere_goes_on_as_if_it_had_not(saving: str, tmp_path: Path) -> None:
-    overrides = (*LONG_GOAL[1:], f"saving={saving}")
-    evolve(tmp_path / "whole", GOAL, *overrides)
-    config = config_of(GOAL, *overrides)
+def test_a_run_that_was_stopped_anywhere_goes_on_as_if_it_had_not(
+    text: tuple[str, ...], saving: str, tmp_path: Path
+) -> None:
+    settings = (*text, f"saving={saving}")
+    evolve(tmp_path / "whole", *settings)
+    config = config_of(*settings)
     asked = 0
 
     def stop() -> StopRequest:

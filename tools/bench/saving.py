@@ -21,13 +21,14 @@ from sceann_hil.saving import Pool, Racing, SavingConfig, raced_fitness, rounds,
 from sceann_hil.seeds import Purpose, generator, keys
 
 CONFIGS = Path(__file__).parents[2] / "configs"
-RUNS = 120
+RUNS = 200
+FIRST_SEED = 10_000
+"""The savings' settings were chosen on seeds 1000 to 1119; these are others."""
 FRESH = 4
 """Fresh evaluations of a generation's best, for the test on a noisy task."""
-TASKS = {
-    "goal reach": ("goal_reach.yaml", ("algorithm={type: sga}",)),
-    "pole balancing": ("pole_balancing.yaml", ("algorithm={type: sga}",)),
-}
+MARGIN = 0.05
+"""Final fitness is not worse if the whole interval of its difference lies above so much of the plain algorithm's."""
+TASKS = {"goal reach": "goal_reach.yaml", "pole balancing": "pole_balancing.yaml"}
 SAVINGS = {
     "plain": SavingConfig(),
     "identical genomes": SavingConfig(reuse=True, pool=1),
@@ -37,6 +38,7 @@ SAVINGS = {
     "shuffled order": SavingConfig(shuffle=True),
     "together": SavingConfig(reuse=True, pool=1, racing=Racing.APPROXIMATE, shuffle=True),
 }
+FOR_ALGORITHM = {"sga": tuple(SAVINGS), "oga": ("plain", "identical genomes", "together")}
 
 
 @dataclass
@@ -55,18 +57,21 @@ class Outcome:
 def run() -> list[Figure]:
     """The comparison on both tasks."""
     figures = []
-    for name, (file, overrides) in TASKS.items():
-        config = load_config(CONFIGS / file, overrides)
-        with config.robot.build() as robot:
-            outcomes = {saving: _evolve(config, robot, settings) for saving, settings in SAVINGS.items()}
-        figures += _compare(name, outcomes)
+    for algorithm, savings in FOR_ALGORITHM.items():
+        for name, file in TASKS.items():
+            config = load_config(CONFIGS / file, (f"algorithm={{type: {algorithm}}}",))
+            with config.robot.build() as robot:
+                outcomes = {saving: _evolve(config, robot, SAVINGS[saving]) for saving in savings}
+            figures += _compare(name, algorithm, outcomes)
     return figures
 
 
-def _compare(task: str, outcomes: dict[str, Outcome]) -> list[Figure]:
+def _compare(task: str, algorithm: str, outcomes: dict[str, Outcome]) -> list[Figure]:
     plain = outcomes["plain"]
     goal = float(np.median(plain.tested[:, -1])) if task == "goal reach" else float(plain.tested.mean(axis=0)[-1])
-    figures = [Figure(f"{task}: fitness to reach", f"{goal:.4g} ({RUNS} runs)")]
+    margin = MARGIN * float(plain.tested[:, -1].mean())
+    place = f"{task}, {algorithm.upper()}"
+    figures = [Figure(f"{place}: fitness to reach", f"{goal:.4g} ({RUNS} runs; margin {margin:.3g})")]
     base = _minutes(plain, goal)
     for name, outcome in outcomes.items():
         minutes = _minutes(outcome, goal)
@@ -80,8 +85,8 @@ def _compare(task: str, outcomes: dict[str, Outcome]) -> list[Figure]:
             f"final fitness {mean:+.3g} [{mean - half:+.3g}, {mean + half:+.3g}]"
         )
         together = name == "together"
-        kept = (ratio <= 0.6 and mean + half >= 0.0) if together else None
-        figures.append(Figure(f"{task}: {name}", measured, "<= 0.6, not worse" if together else "", kept))
+        kept = (ratio <= 0.6 and mean - half >= -margin) if together else None
+        figures.append(Figure(f"{place}: {name}", measured, "<= 0.6, not worse" if together else "", kept))
     return figures
 
 
@@ -104,7 +109,7 @@ def _evolve(config: ExperimentConfig, robot: Robot, saving: SavingConfig) -> Out
     """All runs with one saving; the rules are the evaluator's, with every run's trials in one robot call per round."""
     algorithm: Any = config.algorithm.build(config.genome_length)
     task, population = config.task.build(), config.algorithm.population
-    seeds = [1000 + run for run in range(RUNS)]
+    seeds = [FIRST_SEED + run for run in range(RUNS)]
     states = [algorithm.start(generator(seed, Purpose.ALGORITHM, 0)) for seed in seeds]
     limit = saving.evaluations(noise_free=robot.spec.noise_free)
     pools = [Pool(task.n_trials, limit) if limit else None for _ in seeds]
