@@ -8,7 +8,7 @@ The way of the data, in one direction::
 * `sceann_hil.evolution`: the algorithms, behind ask and tell.
 * `sceann_hil.task`, `sceann_hil.tasks`: what a trial is and what it is worth.
 * `sceann_hil.robot`: the abstract robot; the package `backends` has the robots themselves.
-* `sceann_hil.evaluator`: where genomes, trials, robot and fitness meet.
+* `sceann_hil.evaluator`: where genomes, trials, robot and fitness meet; `sceann_hil.companion`: who has a say in it.
 * `sceann_hil.experiment`, `sceann_hil.journal`, `sceann_hil.replay`: one run, its record, and the proof of it.
 * `sceann_hil.operators`, `sceann_hil.budget`, `sceann_hil.suspenders`: who stands beside the robot, what the run may
   cost, what pauses it; `sceann_hil.supervision` has all of them speak between trials, `sceann_hil.forecast` the end.

@@ -10,86 +10,22 @@ from __future__ import annotations
 
 import zlib
 from collections import deque
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Protocol
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sceann_hil.coding import Bits, Coding, NetworkSize, genome_to_hex
+from sceann_hil.companion import Alone, Attended, Companion
 from sceann_hil.controller import Dynamics
-from sceann_hil.journal import AttemptRow, Circumstances, Journal, Slots, trial_arrays
-from sceann_hil.robot import EmergencyStop, EndReason, Results, Robot, RobotError, RobotFault, Trials, TrialVoid
+from sceann_hil.journal import AttemptRow, Journal, Slots, trial_arrays
+from sceann_hil.robot import EmergencyStop, EndReason, Results, Robot, RobotFault, Trials, TrialVoid
 from sceann_hil.saving import Pool, Racing, SavingConfig, raced_fitness, rounds, still_open
 from sceann_hil.seeds import Purpose, keys
-from sceann_hil.stopping import Stopped
 from sceann_hil.task import Task
 
 RETRY_LIMIT = 3
 """Attempts of one trial after its first that may be void, not counting an operator's, before the run pauses."""
-
-
-@dataclass(frozen=True, slots=True)
-class Attended:
-    """What became of trials in company.
-
-    Attributes:
-        results: of the trials; void where somebody said so.
-        circumstances: for the journal.
-        at_once: run a void trial again before all others.
-        then: raised once the results are in the journal.
-    """
-
-    results: Results
-    circumstances: Circumstances = field(default_factory=Circumstances)
-    at_once: bool = False
-    then: Stopped | RobotError | None = None
-
-
-class Companion(Protocol):
-    """Who has a say between trials. It may take its time, and may end the run by raising `Stopped`."""
-
-    def begin(self, generation: int, todo: int, total: int) -> None:
-        """A generation is about to be evaluated; `todo` of its `total` trials are still to be run."""
-
-    def room(self, wanted: int) -> int:
-        """How many of so many trials may be run at once, at least 1."""
-
-    def ready(self, generation: int, slots: Slots) -> bool:
-        """These attempts are next; False to come back to them after the generation's others."""
-
-    def attend(
-        self, generation: int, slots: Slots, trials: Trials, run: Callable[[Trials], Results], task: Task
-    ) -> Attended:
-        """Run the trials and say whether their results count."""
-
-
-class Alone:
-    """Nobody has a say, but `stop` is asked before every batch.
-
-    Args:
-        stop: True ends the evaluation with `Stopped`.
-    """
-
-    def __init__(self, stop: Callable[[], bool] = lambda: False) -> None:
-        self._stop = stop
-
-    def begin(self, generation: int, todo: int, total: int) -> None:
-        """Nothing to say."""
-
-    def room(self, wanted: int) -> int:
-        return wanted
-
-    def ready(self, generation: int, slots: Slots) -> bool:
-        if self._stop():
-            raise Stopped
-        return True
-
-    def attend(
-        self, generation: int, slots: Slots, trials: Trials, run: Callable[[Trials], Results], task: Task
-    ) -> Attended:
-        return Attended(run(trials))
 
 
 @dataclass(frozen=True, slots=True)

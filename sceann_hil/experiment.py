@@ -23,10 +23,11 @@ from typing import Any, Self
 
 from sceann_hil.ancestor import Ancestor
 from sceann_hil.budget import Amounts, Meter
+from sceann_hil.companion import Companion
 from sceann_hil.config import ExperimentConfig, dump_config, parse_config
 from sceann_hil.drift import ReferenceRuns
 from sceann_hil.errors import RunExists
-from sceann_hil.evaluator import Companion, Evaluator, Phenotype
+from sceann_hil.evaluator import Evaluator, Phenotype
 from sceann_hil.evolution import Algorithm, State
 from sceann_hil.forecast import Cost, Forecast
 from sceann_hil.journal import LOCK_NAME, GenerationRow, IndividualRow, Journal, RunLock, Slots

@@ -18,8 +18,8 @@ from functools import partial
 import numpy as np
 
 from sceann_hil.budget import Meter
+from sceann_hil.companion import Attended
 from sceann_hil.drift import RunReference
-from sceann_hil.evaluator import Attended
 from sceann_hil.forecast import Forecast
 from sceann_hil.journal import Circumstances, Journal, Slots
 from sceann_hil.operators import Desk, Finished, Phase, Press, Situation, Status, Verb

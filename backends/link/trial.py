@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from backends.link.line import Incoming
 from backends.link.messages import End, Event, Heartbeat, LinkEnd, start_arguments, unpack_drive, unpack_sensors
-from backends.link.session import Incoming, Refused, RobotLink
+from backends.link.session import Refused, RobotLink
 from sceann_hil.firmware.vocabulary import SENSORS_PER_PAGE, EventCode, Function, Mode, Op, State, Status, Telemetry
 from sceann_hil.robot import EndReason, LinkError, TrialObserver
 

@@ -4,6 +4,7 @@
 second writer away.
 """
 
+from sceann_hil.journal.entries import Circumstances, FirstGeneration, Slots
 from sceann_hil.journal.lock import LOCK_NAME, RunLock
 from sceann_hil.journal.reader import (
     AttemptRow,
@@ -16,7 +17,7 @@ from sceann_hil.journal.reader import (
     trial_arrays,
 )
 from sceann_hil.journal.schema import JOURNAL_NAME, SCHEMA_VERSION
-from sceann_hil.journal.writer import Circumstances, FirstGeneration, Journal, Slots
+from sceann_hil.journal.writer import Journal
 
 __all__ = [
     "JOURNAL_NAME",

@@ -6,7 +6,6 @@ import json
 import sqlite3
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
@@ -17,62 +16,11 @@ from numpy.typing import NDArray
 
 from sceann_hil.coding import Bits, genome_to_hex
 from sceann_hil.errors import RunExists
+from sceann_hil.journal.entries import NOTHING_SPECIAL, Circumstances, FirstGeneration, Slots
 from sceann_hil.journal.measured import pack_measured
 from sceann_hil.journal.reader import JournalReader, open_database
 from sceann_hil.journal.schema import APPLICATION_ID, JOURNAL_NAME, SCHEMA, SCHEMA_VERSION, UNBORN_NAME
 from sceann_hil.robot import EndReason, Results
-
-
-@dataclass(frozen=True, slots=True)
-class Slots:
-    """Which places in a generation n attempts are for; integer arrays of shape ``(n,)``.
-
-    Attributes:
-        individual: place in the generation.
-        trial: which of the individual's trials.
-        attempt: 0, and one more each time the attempt before was void.
-    """
-
-    individual: NDArray[np.int64]
-    trial: NDArray[np.int64]
-    attempt: NDArray[np.int64]
-
-    def __len__(self) -> int:
-        return len(self.individual)
-
-    def take(self, which: slice | NDArray[np.intp]) -> Slots:
-        """Some of them, in the order asked for."""
-        return Slots(self.individual[which], self.trial[which], self.attempt[which])
-
-
-@dataclass(frozen=True, slots=True)
-class Circumstances:
-    """What is known of attempts besides their results.
-
-    Attributes:
-        operator_s: time that a person needed; None if nobody was asked.
-        battery_fraction: after the attempt; None where it is not measured.
-        note: an operator's words, or why it is void.
-        paused_s: time that this session has spent in pauses so far.
-    """
-
-    operator_s: float | None = None
-    battery_fraction: float | None = None
-    note: str | None = None
-    paused_s: float = 0.0
-
-
-NOTHING_SPECIAL = Circumstances()
-
-
-@dataclass(frozen=True, slots=True)
-class FirstGeneration:
-    """Generation 0 of a run that goes on from another one's population; as in `Journal.begin_generation`."""
-
-    state: bytes
-    genomes: Bits
-    parents: Sequence[int | None]
-    structures: Sequence[str | None]
 
 
 class Journal:

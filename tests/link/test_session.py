@@ -11,9 +11,10 @@ import pytest
 
 from backends.emulation.posix import PosixBoard
 from backends.link import session as session_module
+from backends.link.line import LinkDown
 from backends.link.messages import LinkEnd, start_arguments
 from backends.link.serial_bus import SceannSerialBus
-from backends.link.session import LinkDown, NoAnswer, Refused, RobotLink
+from backends.link.session import NoAnswer, Refused, RobotLink
 from backends.link.upload import shortest_genome, upload
 from sceann_hil.coding import Coding, NetworkSize
 from sceann_hil.controller import Dynamics

@@ -14,7 +14,8 @@ import pytest
 from backends.emulation.cable import Cable, LineFaults
 from backends.emulation.posix import Alarm
 from backends.emulation.virtual_posix import VirtualPosix
-from backends.link.session import Incoming, RobotLink
+from backends.link.line import Incoming
+from backends.link.session import RobotLink
 from sceann_hil.experiment import Outcome
 from sceann_hil.firmware.vocabulary import Function
 from sceann_hil.journal import JournalReader

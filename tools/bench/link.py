@@ -22,10 +22,11 @@ from backends.diffdrive import DifferentialDrive
 from backends.emulation.body import VirtualBody
 from backends.emulation.posix import BOARD_RECORD, BODY_RECORD, PosixBoard, RecordKind
 from backends.emulation.virtual_posix import VirtualPosix
+from backends.link.line import Incoming
 from backends.link.lockstep import run_lockstep
 from backends.link.messages import start_arguments
 from backends.link.serial_bus import SceannSerialBus
-from backends.link.session import Incoming, RobotLink
+from backends.link.session import RobotLink
 from backends.link.trial import Order
 from backends.link.upload import upload
 from sceann_hil.coding import NetworkSize

@@ -1,0 +1,132 @@
+"""What a robot is asked to do, and what it tells of it, as structures of arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sceann_hil.coding import NetworkSize, Weights
+from sceann_hil.controller import Dynamics
+from sceann_hil.robot.end_reasons import EndReason
+
+
+@dataclass(frozen=True, slots=True)
+class Trials:
+    """Trials to run, as a structure of arrays (n trials, g genomes).
+
+    Attributes:
+        size: the network's size, the same for all.
+        dynamics: the neuron's reading, the same for all.
+        weights: connection matrices, int8, shape ``(g, n_neurons, n_sources)``.
+        genome_index: which of them each trial uses, int32, shape ``(n,)``.
+        starts: start values in the order of `RobotSpec.start_fields`, float64, shape ``(n, n_start)``.
+        keys: 64-bit noise keys from the seed tree, uint64, shape ``(n,)``.
+        max_steps: a trial that reaches this many steps ends with `EndReason.TIME_UP`.
+        ids: numbers that name the trials in the journal, int64, shape ``(n,)``.
+        run_id: a number that tells this run from others, so that a robot's memory of another run's trial is not
+            taken for one of this run's.
+    """
+
+    size: NetworkSize
+    dynamics: Dynamics
+    weights: Weights
+    genome_index: NDArray[np.int32]
+    starts: NDArray[np.float64]
+    keys: NDArray[np.uint64]
+    max_steps: int
+    ids: NDArray[np.int64]
+    run_id: int = 0
+
+    @classmethod
+    def none(cls, size: NetworkSize, n_start: int) -> Self:
+        """No trials at all, of the right types."""
+        return cls(
+            size=size,
+            dynamics=Dynamics(),
+            weights=np.zeros((0, size.n_neurons, size.n_sources), np.int8),
+            genome_index=np.zeros(0, np.int32),
+            starts=np.zeros((0, n_start)),
+            keys=np.zeros(0, np.uint64),
+            max_steps=1,
+            ids=np.zeros(0, np.int64),
+        )
+
+    def __len__(self) -> int:
+        return len(self.genome_index)
+
+    def take(self, which: slice | NDArray[np.intp]) -> Trials:
+        """Some of the trials, in the order asked for."""
+        return Trials(
+            self.size,
+            self.dynamics,
+            self.weights,
+            self.genome_index[which],
+            self.starts[which],
+            self.keys[which],
+            self.max_steps,
+            self.ids[which],
+            self.run_id,
+        )
+
+    def batches(self, batch_size: int | None) -> Iterator[Trials]:
+        """The trials in consecutive batches that a robot can take."""
+        step = batch_size or max(len(self), 1)
+        for first in range(0, len(self), step):
+            yield self.take(slice(first, first + step))
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """Everything about one trial, step by step (n steps).
+
+    Attributes:
+        state: body state before each step and after the last, float32, shape ``(n + 1, n_state)``; no columns
+            where the robot cannot know it.
+        sensors: wire values 0..1023 that the controller saw, uint16, shape ``(n, n_sensors)``.
+        u: neuron states after each step, int16 Q10, shape ``(n, n_neurons)``.
+        x: neuron outputs after each step, int16 Q10, shape ``(n, n_neurons)``; the motors are the last columns.
+    """
+
+    state: NDArray[np.float32]
+    sensors: NDArray[np.uint16]
+    u: NDArray[np.int16]
+    x: NDArray[np.int16]
+
+
+@dataclass(frozen=True, slots=True)
+class Results:
+    """What happened in n trials, in the order they were given.
+
+    Attributes:
+        end_reasons: values of `EndReason`, uint8, shape ``(n,)``.
+        steps: control steps done, int32, shape ``(n,)``.
+        hashes: CRC-16 of all neuron states (`sceann_hil.controller.state_hash`), uint16, shape ``(n,)``.
+        final_states: body state after the last step, float32, shape ``(n, n_state)``.
+        durations_s: robot time of each trial (steps times tick in simulation), float64, shape ``(n,)``.
+        traces: one trace per trial, where the robot delivers them.
+    """
+
+    end_reasons: NDArray[np.uint8]
+    steps: NDArray[np.int32]
+    hashes: NDArray[np.uint16]
+    final_states: NDArray[np.float32]
+    durations_s: NDArray[np.float64]
+    traces: Sequence[Trace] | None = None
+
+    @classmethod
+    def void(cls, n: int, reason: EndReason, n_state: int) -> Self:
+        """Results of n trials that measured nothing."""
+        return cls(
+            end_reasons=np.full(n, reason, np.uint8),
+            steps=np.zeros(n, np.int32),
+            hashes=np.zeros(n, np.uint16),
+            final_states=np.zeros((n, n_state), np.float32),
+            durations_s=np.zeros(n, np.float64),
+        )
+
+    def __len__(self) -> int:
+        return len(self.end_reasons)
