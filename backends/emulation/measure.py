@@ -30,14 +30,14 @@ class Cost:
         target: the chip.
         flash_bytes: code and constants, without the program around it.
         ram_bytes: the controller's state.
-        stack_bytes: deepest use of the stack during a step; None where it is not measured.
+        stack_bytes: deepest use of the stack during a step.
         step: clock cycles (AVR, exact) or instructions (Cortex-M) of one step.
     """
 
     target: str
     flash_bytes: int
     ram_bytes: int
-    stack_bytes: int | None
+    stack_bytes: int
     step: int
 
 
@@ -87,7 +87,8 @@ def avr_cost(image: ControllerImage, optimize: Optimize, sensors: np.ndarray) ->
     return Cost("ATmega328P", flash, 4 * image.size.n_neurons, stack, slowest)
 
 
-def _run_on_cortex_m3(header: str, flags: tuple[str, ...]) -> tuple[Path, int, int]:
+def _run_on_cortex_m3(header: str, flags: tuple[str, ...]) -> tuple[Path, int, int, int]:
+    """The program, what the self-test says, the ticks that its steps took, and the bytes of stack that they touched."""
     boards = FIRMWARE / "boards"
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -96,19 +97,19 @@ def _run_on_cortex_m3(header: str, flags: tuple[str, ...]) -> tuple[Path, int, i
         extra = ["-icount", "shift=0", "-semihosting-config", "enable=on,target=native"]
         command = qemu_command(Board.LM3S6965, program, extra)
         subprocess.run(command, cwd=folder, check=True, timeout=60, stdin=subprocess.DEVNULL, capture_output=True)
-        self_test, ticks = np.fromfile(folder / "answers", "<u4")
-    return program, int(self_test), int(ticks)
+        self_test, ticks, stack = np.fromfile(folder / "answers", "<u4")
+    return program, int(self_test), int(ticks), int(stack)
 
 
 def cortex_m3_cost(image: ControllerImage, optimize: Optimize) -> Cost:
     """Cost on a Cortex-M3, counted by QEMU: one instruction is one nanosecond of its SysTick."""
     text = c_header(image, "net", optimize)
-    full, _, ticks = _run_on_cortex_m3(text, ())
-    empty, _, loop_ticks = _run_on_cortex_m3(text, ("-DEMPTY",))
+    full, _, ticks, stack = _run_on_cortex_m3(text, ())
+    empty, _, loop_ticks, loop_stack = _run_on_cortex_m3(text, ("-DEMPTY",))
     tool, package = "arm-none-eabi-size", CORTEX_M3.package
     flash = section_sizes(full, package, tool)[0] - section_sizes(empty, package, tool)[0]
     instructions = round((ticks - loop_ticks) * _NS_PER_TICK / _N_STEPS)
-    return Cost("Cortex-M3", flash, 4 * image.size.n_neurons, None, instructions)
+    return Cost("Cortex-M3", flash, 4 * image.size.n_neurons, stack - loop_stack, instructions)
 
 
 def cortex_m3_self_test(image: ControllerImage, optimize: Optimize) -> int:

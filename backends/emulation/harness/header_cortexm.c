@@ -1,15 +1,12 @@
-/* An exported header on bare metal. `answers` gets two words: what its self-test says, and the SysTick ticks that N_STEPS steps take.
- * QEMU with -icount lets time pass by instructions, so the second word counts them. EMPTY measures the loop alone. */
+/* An exported header on bare metal. `answers` gets three words: what its self-test says, the SysTick ticks that N_STEPS steps take, and
+ * the bytes of stack below this function's that they touch. QEMU with -icount lets time pass by instructions, so the second word counts
+ * them. EMPTY measures the loop alone. */
 #include <stdint.h>
 
 #ifndef EMPTY
 #include "net.h"
-#define SENSORS NET_SENSORS
-#define MOTORS NET_MOTORS
 #else
 typedef int net_t;
-#define SENSORS 1
-#define MOTORS 1
 #endif
 
 void Reset_Handler(void);
@@ -25,8 +22,8 @@ static int semihost(int operation, void *argument)
 
 __attribute__((noinline)) static void run(net_t *net, uint32_t n)
 {
-    uint16_t sensors[SENSORS] = { 0 };
-    int16_t motors[MOTORS];
+    uint16_t sensors[12] = { 0 };
+    int16_t motors[3];
     while (n-- > 0u) {
 #ifndef EMPTY
         net_step(net, sensors, motors);
@@ -35,19 +32,38 @@ __attribute__((noinline)) static void run(net_t *net, uint32_t n)
     }
 }
 
+#define PAINTED_BYTES 1024u
+#define PAINT 0xA5u
+
+static volatile uint8_t *stack_pointer(void)
+{
+    volatile uint8_t *here;
+    __asm volatile("mov %0, sp" : "=r"(here));
+    return here;
+}
+
 void Reset_Handler(void)
 {
     net_t net;
-    uint32_t answers[2] = { 0, 0 };
+    uint32_t answers[3] = { 0, 0, 0 };
 #ifndef EMPTY
     net_reset(&net);
 #endif
+    volatile uint8_t *const top = stack_pointer();
+    for (uint32_t k = 1; k <= PAINTED_BYTES; k++) {
+        *(top - k) = PAINT;
+    }
     *(volatile uint32_t *)0xE000E014u = 0xFFFFFFu;     /* SysTick, free running */
     *(volatile uint32_t *)0xE000E018u = 0;
     *(volatile uint32_t *)0xE000E010u = 5;
     const uint32_t before = *(volatile uint32_t *)0xE000E018u;
     run(&net, N_STEPS);
     answers[1] = (before - *(volatile uint32_t *)0xE000E018u) & 0xFFFFFFu;
+    for (uint32_t k = 1; k <= PAINTED_BYTES; k++) {
+        if (*(top - k) != PAINT) {
+            answers[2] = k;
+        }
+    }
 #ifdef NET_SELF_TEST
     answers[0] = (uint32_t)net_self_test();
 #endif
