@@ -331,6 +331,7 @@ class Supervisor:
             self._status,
             robot_ok=health.ok,
             robot_messages=health.messages,
+            link_quality=health.link_quality,
             battery_fraction=health.battery_fraction,
             robot_s=self._meter.spent.robot_s,
             wall_s=self._meter.spent.wall_s,

@@ -51,6 +51,7 @@ class Status:
         robot: name of the robot.
         robot_ok: what it says of itself.
         robot_messages: most important first.
+        link_quality: part 0..1 of the last trial's messages that came through at the first try; None without a link.
         battery_fraction: 0..1, or None where it is not measured.
         done: trials of this generation that are counted.
         todo: trials of this generation in all.
@@ -68,6 +69,7 @@ class Status:
     robot: str = ""
     robot_ok: bool = True
     robot_messages: tuple[str, ...] = ()
+    link_quality: float | None = None
     battery_fraction: float | None = None
     done: int = 0
     todo: int = 0

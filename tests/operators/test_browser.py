@@ -23,11 +23,13 @@ from tests.operators.stations import desk_in
 
 ARENA = ArenaScenery((0.6, 0.6), (0.55, 0.55), 0.05, 0.0275, (0.8, 0.4, 0.0, -0.4, -0.8), 0.26)
 START = (("x_m", 0.1), ("y_m", 0.12), ("heading_rad", 0.785))
-SITUATION = Situation(7, 12, 1, 0, "Put the robot 10.0 cm from the left and 12.0 cm from the lower wall.", START)
+WORDS = "Put the robot 10.0 cm from the left and 12.0 cm from the lower wall, heading 45° (0° is right, 90° is up)."
+SITUATION = Situation(7, 12, 1, 0, WORDS, START)
 STATUS = Status(
     run="goal reach",
     robot="remote (onboard)",
     robot_messages=("battery 7.61 V",),
+    link_quality=0.998,
     battery_fraction=0.67,
     done=97,
     todo=200,
@@ -36,7 +38,7 @@ STATUS = Status(
     robot_s=8130.0,
     wall_s=12_960.0,
     left=("robot time: 1:44:30 left",),
-    forecast="budget ends in about 2:31:00",
+    forecast="budget ends in about 2:31:00, in 2:02:00 if every trial lasts to its step limit",
 )
 
 
@@ -126,6 +128,7 @@ def test_a_person_runs_a_trial_with_the_panel(browser: WebDriver, desk: Desk, pa
         "robot time: 1:44:30 left",
         "budget ends in about",
         "battery 7.61 V",
+        "99.8 % at the first try",
         "3 h 36 min",
     ):
         assert told in facts

@@ -234,6 +234,7 @@ def as_json(view: View, prompt: Prompt) -> dict[str, Any]:
         "robot": status.robot,
         "robot_ok": status.robot_ok,
         "robot_messages": list(status.robot_messages),
+        "link_quality": status.link_quality,
         "battery": status.battery_fraction,
         "done": status.done,
         "todo": status.todo,
