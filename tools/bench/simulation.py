@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from c_baseline import compiled_balance
@@ -47,10 +48,18 @@ def run() -> list[Figure]:
         return figures
     c_steps = int(c_balance(weights, START_RAD, MAX_STEPS).sum())
     c_rate = c_steps / median_s(lambda: c_balance(weights, START_RAD, MAX_STEPS), clock=time.thread_time)
+    halves = np.array_split(weights, 2)
+    with ThreadPoolExecutor(2) as both:
+
+        def side_by_side() -> None:
+            list(both.map(lambda half: c_balance(half, START_RAD, MAX_STEPS), halves))
+
+        c_scaling = median_s(lambda: c_balance(weights, START_RAD, MAX_STEPS)) / median_s(side_by_side)
     c_long = len(long) * MAX_STEPS / median_s(lambda: c_balance(long, START_RAD, MAX_STEPS), clock=time.thread_time)
     return [
         *figures,
         Figure("hand-tuned C (fast-math, no state hash), random genomes", f"{c_rate / 1e6:.0f} million steps/s"),
+        Figure("its scaling to 2 cores, two halves side by side", f"{c_scaling:.2f} x"),
         Figure("ours / C, random genomes", f"{ours / c_rate:.2f} x"),
         Figure("ours / C, successful genomes", f"{long_rate / c_long:.2f} x"),
     ]
