@@ -173,10 +173,11 @@ class Evaluator:
 
     def _pool(self, generation: int, genomes: Bits) -> Pool | None:
         """What the run knows of this generation's genomes from generations before."""
-        limit = self._saving.evaluations(noise_free=self._robot.spec.noise_free)
+        noise_free = self._robot.spec.noise_free
+        limit = self._saving.evaluations(noise_free=noise_free)
         if limit is None:
             return None
-        pool = Pool(self._task.n_trials, limit)
+        pool = Pool(self._task.n_trials, limit, noisy=not noise_free)
         for genome in {genome.tobytes(): genome for genome in genomes}.values():
             for row in self._journal.reader.attempts_of_genome(genome_to_hex(genome), generation):
                 if row.fitness is not None:

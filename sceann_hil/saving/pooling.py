@@ -1,10 +1,10 @@
 """Identical genomes share what was measured of any of them.
 
 The policy, in full: a genome's fitness is the mean, trial by trial, over all counted attempts that the run made of it,
-in this generation and before; once a trial has as many counted attempts as the limit says, no more of it are made.
-With a limit of 1 on a noise-free task this changes nothing but the time: every attempt would give the same. On a noisy
-task it changes the numbers in one direction only: less noise, above all for the elite, whose lucky first evaluation is
-averaged with later ones instead of being kept.
+in this generation and before; once a trial has as many counted attempts as the limit says, no more of it are made. With
+a limit of 1 on a noise-free task this changes nothing but the time: every attempt would give the same. On a noisy task
+the best of what is known is run once more in every generation that it is part of, whatever the limit: it may be the
+best by luck, and without that its luck would stay in the population for good.
 """
 
 from __future__ import annotations
@@ -21,11 +21,13 @@ class Pool:
     Args:
         n_trials: trials of an individual.
         limit: counted attempts of each trial of a genome after which no more are made.
+        noisy: another attempt may give another result, so the best known genome of a generation is run again.
     """
 
-    def __init__(self, n_trials: int, limit: int) -> None:
+    def __init__(self, n_trials: int, limit: int, *, noisy: bool) -> None:
         self._n_trials = n_trials
         self._limit = limit
+        self._noisy = noisy
         self._sums: dict[bytes, NDArray[np.float64]] = {}
 
     def add(self, genome: bytes, trial: int, fitness: float, succeeded: bool) -> None:
@@ -53,6 +55,10 @@ class Pool:
             have = planned.setdefault(genome.tobytes(), self.counts(genome.tobytes()).copy())
             wanted[individual] = have < self._limit
             have += wanted[individual]
+        if self._noisy:
+            known = np.nan_to_num(self.means(genomes)[0].mean(axis=1), nan=-np.inf)
+            best = int(known.argmax())
+            wanted[best] |= np.isfinite(known[best])
         return wanted
 
     def means(self, genomes: Bits) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

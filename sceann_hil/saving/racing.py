@@ -18,9 +18,10 @@ Whoever may still be the best runs all trials, so that a generation's best fitne
 reported for ended individuals are not their fitness, and an algorithm that uses more than comparisons must not be
 raced. The claim is about one generation: with pooling on, later means are taken over other attempts.
 
-**The approximate rule** may change the selection. An individual's race ends also when, after `LEAST_TRIALS` trials, its
-mean so far plus one standard error (of the trials that are left, with the spread pooled over individuals and trials) is
-below the median of all means so far. It stays in the population with that mean as its fitness, so a wrong decision
+**The approximate rule** may change the selection. What is known of a generation is read as an individual's worth plus a
+trial's easiness plus noise (`_additive`), so that whoever ran only some trials can be compared with who ran others. An
+individual's race ends also when, after half of its trials, its expected mean plus one standard error (of the trials
+that are left) is below the median of all. It stays in the population with that mean as its fitness, so a wrong decision
 does not remove anybody: it only ranks the lower half by fewer trials.
 """
 
@@ -31,8 +32,8 @@ from numpy.typing import NDArray
 
 from sceann_hil.saving.settings import Racing
 
-LEAST_TRIALS = 2
-"""Trials that the approximate rule always lets an individual run."""
+_SWEEPS = 6
+"""Of `_additive`; the two parts hardly depend on each other, so it settles at once."""
 
 
 def bounds(values: NDArray[np.float64], worst: float, best: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -72,34 +73,60 @@ def still_open(values: NDArray[np.float64], worst: float, best: float, rule: Rac
     unfinished: NDArray[np.bool_] = np.asarray(np.isnan(values).any(axis=1))
     is_open = unfinished & (meets.any(axis=1) | (high >= low.max()))
     if rule is Racing.APPROXIMATE:
-        is_open &= ~_is_behind(values)
+        is_open &= ~_is_behind(values, worst, best)
     return np.asarray(is_open)
 
 
-def _is_behind(values: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _additive(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What the least-squares sum of an individual's worth and a trial's easiness says of every trial.
+
+    Args:
+        values: fitness of each trial, NaN where it is not known, shape ``(population, n_trials)``.
+
+    Returns:
+        The same shape, without gaps; a trial that nobody ran is as easy as the mean of the others.
+    """
+    known = ~np.isnan(values)
+    given = np.where(known, values, 0.0)
+    of_individual, of_trial = np.maximum(known.sum(axis=1), 1), np.maximum(known.sum(axis=0), 1)
+    easiness = np.zeros(values.shape[1])
+    worth = np.zeros(len(values))
+    for _ in range(_SWEEPS):
+        worth = (given - known * easiness).sum(axis=1) / of_individual
+        easiness = (given - known * worth[:, None]).sum(axis=0) / of_trial
+    return np.asarray(worth[:, None] + easiness)
+
+
+def _expected(values: NDArray[np.float64], worst: float, best: float) -> NDArray[np.float64]:
+    """Everybody's mean over all trials, with `_additive`'s word where one was not run, shape ``(population,)``."""
+    filled = np.where(np.isnan(values), np.clip(_additive(values), worst, best), values)
+    return np.asarray(filled.mean(axis=1), np.float64)
+
+
+def _is_behind(values: NDArray[np.float64], worst: float, best: float) -> NDArray[np.bool_]:
     """Who is in the lower half and will hardly leave it, by the approximate rule."""
     known = ~np.isnan(values)
-    count = known.sum(axis=1)
-    if (count < LEAST_TRIALS).all():
+    count, n_trials = known.sum(axis=1), values.shape[1]
+    enough = count >= max(2, -(-n_trials // 2))
+    if not enough.any() or not count.all():
         return np.zeros(len(values), np.bool_)
-    mean = np.where(known, values, 0.0).sum(axis=1) / np.maximum(count, 1)
-    residual = np.where(known, values - mean[:, None], 0.0)
-    variance = (residual**2).sum() / max(int((count - 1).clip(0).sum()), 1)
-    error = np.sqrt(variance * (1.0 / np.maximum(count, 1) - 1.0 / values.shape[1]))
-    return np.asarray((count >= LEAST_TRIALS) & (mean + error < np.median(mean)))
+    mean = _expected(values, worst, best)
+    residual = np.where(known, values - _additive(values), 0.0)
+    variance = (residual**2).sum() / max(int(known.sum()) - len(values) - int(known.any(axis=0).sum()) + 1, 1)
+    error = np.sqrt(variance * (1.0 / count - 1.0 / n_trials))
+    return np.asarray(enough & (mean + error < np.median(mean)))
 
 
 def raced_fitness(values: NDArray[np.float64], worst: float, best: float, rule: Racing) -> NDArray[np.float64]:
     """Fitness of everybody after a race, shape ``(population,)``: the mean over all trials, where they were run.
 
-    Who was ended gets the middle of what its mean can still be (exact), or its mean so far (approximate).
+    Who was ended gets the middle of what its mean can still be (exact), or the mean that is expected (approximate).
     """
-    low, high = bounds(values, worst, best)
     complete: NDArray[np.bool_] = np.asarray(~np.isnan(values).any(axis=1))
     if rule is Racing.APPROXIMATE:
-        known = ~np.isnan(values)
-        ended = np.where(known, values, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
+        ended = _expected(values, worst, best)
     else:
+        low, high = bounds(values, worst, best)
         ended = (low + high) / 2.0
     whole = np.where(complete[:, None], values, 0.0).mean(axis=1)
     return np.asarray(np.where(complete, whole, ended), np.float64)

@@ -25,7 +25,7 @@ class SavingConfig(Section):
     """Where noise has no influence on a trial, run identical genomes once in the whole run."""
     pool: Annotated[int, Field(ge=1, le=1000)] | None = None
     """Where it has, pool the evaluations of identical genomes: the fitness of all of them is the mean over all their
-    evaluations in the run, and once there are so many, no more are made."""
+    evaluations in the run, and once there are so many, no more are made, but of the best of a generation."""
     racing: Racing = Racing.OFF
     """End an individual's trials when the rest cannot change the selection: exact (proven), or approximate (it could,
     but hardly would)."""

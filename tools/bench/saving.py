@@ -22,8 +22,8 @@ from sceann_hil.seeds import Purpose, generator, keys
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 RUNS = 200
-FIRST_SEED = 10_000
-"""The savings' settings were chosen on seeds 1000 to 1119; these are others."""
+FIRST_SEED = 50_000
+"""The savings' rules were chosen on seeds below; these are others."""
 FRESH = 4
 """Fresh evaluations of a generation's best, for the test on a noisy task."""
 MARGIN = 0.05
@@ -85,7 +85,7 @@ def _compare(task: str, algorithm: str, outcomes: dict[str, Outcome]) -> list[Fi
             f"final fitness {mean:+.3g} [{mean - half:+.3g}, {mean + half:+.3g}]"
         )
         together = name == "together"
-        kept = (ratio <= 0.6 and mean - half >= -margin) if together else None
+        kept = bool(ratio <= 0.6 and mean - half >= -margin) if together else None
         figures.append(Figure(f"{place}: {name}", measured, "<= 0.6, not worse" if together else "", kept))
     return figures
 
@@ -111,8 +111,9 @@ def _evolve(config: ExperimentConfig, robot: Robot, saving: SavingConfig) -> Out
     task, population = config.task.build(), config.algorithm.population
     seeds = [FIRST_SEED + run for run in range(RUNS)]
     states = [algorithm.start(generator(seed, Purpose.ALGORITHM, 0)) for seed in seeds]
-    limit = saving.evaluations(noise_free=robot.spec.noise_free)
-    pools = [Pool(task.n_trials, limit) if limit else None for _ in seeds]
+    noisy = not robot.spec.noise_free
+    limit = saving.evaluations(noise_free=not noisy)
+    pools = [Pool(task.n_trials, limit, noisy=noisy) if limit else None for _ in seeds]
     racing = saving.racing is not Racing.OFF
     spent = np.zeros(RUNS)
     robot_s, tested = [], []
