@@ -92,7 +92,8 @@ def test_pooled_fitness_is_the_mean_over_all_attempts_of_a_genome(tmp_path: Path
     db = sqlite3.connect(tmp_path / "run" / JOURNAL_NAME)
     attempts = db.execute(
         "SELECT genome, a.trial, a.generation, count(*) FROM attempt a JOIN individual i "
-        "ON i.generation = a.generation AND i.number = a.individual GROUP BY genome, a.trial, a.generation ORDER BY a.generation"
+        "ON i.generation = a.generation AND i.number = a.individual "
+        "GROUP BY genome, a.trial, a.generation ORDER BY a.generation"
     ).fetchall()
     so_far: dict[tuple[str, int], int] = {}
     beyond: dict[int, set[str]] = {}
