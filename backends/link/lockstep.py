@@ -38,8 +38,8 @@ def run_lockstep(
     """Run one trial to its end.
 
     Returns:
-        What came, with `end` and (unless the steps ran out) `task_end` set; and the body's state before each step and
-        after the last, float32, shape ``(steps + 1, n_state)``.
+        What came, with `end` and (unless the steps ran out) `task_end` set; and the body's state before each step that
+        it made and after the last, float32, shape ``(steps + 1, n_state)``.
 
     Raises:
         LinkError: how it ended is not known.
@@ -48,9 +48,9 @@ def run_lockstep(
     states = np.zeros((order.max_ticks + 1, len(body.state)), np.float32)
     with link.exclusive(order.trial_id), link.listening(follower.take):
         begin(link, order, Mode.HIL, Telemetry.NONE)
-        tick = 0
+        states[0] = body.state
+        tick = moved = 0
         for tick in range(order.max_ticks):
-            states[tick] = body.state
             sensors = body.sense()
             follower.sensors[tick] = sensors
             follower.has_sensors[tick] = True
@@ -60,7 +60,8 @@ def run_lockstep(
             if motors is None:
                 break
             reason = body.move(motors)
-            states[tick + 1] = body.state
+            moved = tick + 1
+            states[moved] = body.state
             if reason is not None:
                 follower.task_end = (reason, tick)
                 break
@@ -70,7 +71,7 @@ def run_lockstep(
         if follower.task_end is not None and tick + 1 < order.max_ticks:
             link.request(Op.STOP)
         follower.end = wait_for_end(link, follower)
-    return follower, states[: tick + 2]
+    return follower, states[: moved + 1]
 
 
 def _step(link: RobotLink, follower: Follower, tick: int, sensors: list[int]) -> tuple[int, ...] | None:
@@ -93,7 +94,7 @@ def _step(link: RobotLink, follower: Follower, tick: int, sensors: list[int]) ->
                 if bits == tick & 255:
                     link.statistics.round_trips.add(time.monotonic() - first_sent_s)
                     return motors
-            elif follower.end is not None:
+            elif follower.end is not None and follower.end.ticks <= tick:
                 return None
         if follower.at_rest and follower.end is None and tick + 1 < follower.order.max_ticks:
             # the robot ended the trial and its END was lost
