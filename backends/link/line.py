@@ -114,7 +114,11 @@ class RobotLine:
             self.send(Function.COMMAND, pack_command(Op.STOP, STOP_SEQUENCE))
 
     def emergency_stop(self) -> None:
-        """Send the latched stop of all robots, several times, because nothing acknowledges it; never raises."""
+        """Send the latched stop of all robots, several times, because nothing acknowledges it; never raises.
+
+        Should all of them be lost, whoever holds the link still stops its trial, as after `stop_now`.
+        """
+        self.stop_wanted = True
         stop = can.Message(arbitration_id=0, is_extended_id=False, data=b"", check=False)
         for _ in range(ESTOP_FRAMES):
             with contextlib.suppress(can.CanError, OSError):

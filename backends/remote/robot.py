@@ -41,9 +41,6 @@ from sceann_hil.robot import (
 )
 from sceann_hil.scenery import Scenery
 
-OPENING_S = 0.2
-"""Pause between two tries to open a port that is gone."""
-
 
 class RemoteRobot(Robot):
     """One robot on any python-can bus; one trial at a time.
@@ -133,10 +130,11 @@ class RemoteRobot(Robot):
 
     def interrupt(self, reason: EndReason) -> None:
         """One frame, sent past whoever holds the link: STOP, or the latched stop of all robots."""
+        # also while the line is being opened again: the trial must not begin then
+        self._interrupted = reason
         link = self._connection.link
         if link is None:
             return
-        self._interrupted = reason
         if reason is EndReason.EMERGENCY_STOP:
             link.emergency_stop()
         else:
@@ -186,10 +184,10 @@ class RemoteRobot(Robot):
             )
         self._complaint = ""
         self._make_ready(trials)
-        if self._observer is not None:
-            self._observer.begin(int(trials.ids[0]))
         if self._interrupted is not None:
             return self._called_off()
+        if self._observer is not None:
+            self._observer.begin(int(trials.ids[0]))
         before = _counted(self.link)
         try:
             results = self._attempt(trials)
@@ -269,6 +267,8 @@ class RemoteRobot(Robot):
         if missing:
             self.link.statistics.lost_ticks += missing
             raise TrialLost(f"the sensors of {missing} of {ticks} steps were lost on the link")
+        if self._body is not None and ticks >= len(states):
+            raise TrialLost("the robot's last answer was lost on the link, so the body never made that step")
         sensors = follower.sensors[:ticks]
         neurons = recompute(trials.weights[trials.genome_index[0]], trials.size, trials.dynamics, sensors)
         steps = ticks if follower.task_end is None else follower.task_end[1] + 1
