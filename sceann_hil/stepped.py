@@ -54,6 +54,7 @@ class SteppedRobot(Robot):
     def __init__(self) -> None:
         self.lateness = Durations()
         self._observer: TrialObserver | None = None
+        self._interrupted: EndReason | None = None
 
     def observe(self, observer: TrialObserver | None) -> None:
         self._observer = observer
@@ -91,6 +92,11 @@ class SteppedRobot(Robot):
             return False
         return True
 
+    def interrupt(self, reason: EndReason) -> None:
+        """Motors safe now; the loop, which may be about to drive them, drives no further step."""
+        self._interrupted = reason
+        self.make_safe(str(reason))
+
     def run(self, trials: Trials) -> Results:
         """Run the trials one after the other; with traces unless the robot can repeat them.
 
@@ -113,10 +119,13 @@ class SteppedRobot(Robot):
         if spec.batch_size is not None and len(trials) > spec.batch_size:
             raise ValueError(f"trials: expected at most {spec.batch_size} at a time, got {len(trials)}")
         ends, traces = [], []
-        for one in trials.batches(1):
-            end, trace = self._run_one(one)
-            ends.append(end)
-            traces.append(trace)
+        try:
+            for one in trials.batches(1):
+                end, trace = self._run_one(one)
+                ends.append(end)
+                traces.append(trace)
+        finally:
+            self._interrupted = None
         steps = np.array([len(trace.sensors) for trace in traces], np.int32)
         return Results(
             end_reasons=np.array(ends, np.uint8),
@@ -138,7 +147,11 @@ class SteppedRobot(Robot):
             self._observer.begin(int(trial.ids[0]))
         try:
             start = dict(zip(self.spec.start_fields, trial.starts[0].tolist(), strict=True))
-            self.reset(start, int(trial.keys[0]))
+            if self._interrupted is None:
+                self.reset(start, int(trial.keys[0]))
+            if self._interrupted is not None:
+                # before its first step no goal is reached either
+                end = self._interrupted if self._interrupted.is_void else EndReason.OPERATOR
             due_s, overruns = time.monotonic(), 0
             while end is None and step < trial.max_steps:
                 due_s, overruns = self._wait(due_s, overruns)
@@ -147,12 +160,15 @@ class SteppedRobot(Robot):
                     break
                 sensors[step] = self._wire()
                 motors = controller.step(sensors[step])
+                if self._interrupted is not None:
+                    end = self._interrupted
+                    break
                 self.drive(motors.astype(np.float64) / ONE)
                 u[step], x[step] = controller.u, controller.x
                 if self._observer is not None:
                     self._observer.step(step, sensors[step], _UNKNOWN)
                 step += 1
-                end = self.ended()
+                end = self._interrupted or self.ended()
             if end is None and self.paced:
                 # the last motor values also act for one whole period
                 time.sleep(max(0.0, due_s - time.monotonic()))

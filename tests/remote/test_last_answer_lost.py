@@ -1,4 +1,4 @@
-"""The answer to the last step of a trial in the loop gets lost, and the robot's word that the trial is over does not."""
+"""The answer to a loop trial's last step gets lost, and the robot's word that the trial is over does not."""
 
 from __future__ import annotations
 
