@@ -190,7 +190,9 @@ class Journal:
         with self._transaction():
             self._db.executemany(
                 "UPDATE attempt SET ended_at = ?, end_reason = ?, steps = ?, state_hash = ?, final_state = ?, "
-                "robot_s = ?, fitness = ?, operator_s = ?, battery = ?, note = ? WHERE id = ?",
+                "robot_s = ?, fitness = ?, operator_s = ?, battery = ?, "
+                # what was said of it while it ran is there already
+                "note = coalesce(note || '; ' || ?10, ?10, note) WHERE id = ?11",
                 [
                     (now, reason.name.lower(), steps, crc, json.dumps(final), robot_s, value, *about, identity)
                     for reason, steps, crc, final, robot_s, value, identity in zip(
