@@ -81,12 +81,14 @@ class Forecast:
         self._costs = dict(before)
         self._generation = max(self._costs, default=0)
         self._todo = trials_per_generation
-        self._per_generation: list[int] = []
+        self._per_generation = {number: cost.attempts for number, cost in self._costs.items()}
 
     def begin(self, generation: int, todo: int) -> None:
         """A generation begins, of which `todo` trials are still to be run."""
         self._generation, self._todo = generation, todo
-        self._per_generation.append(todo)
+        done = self._costs[generation].attempts if generation in self._costs else 0
+        # a resumed generation is as large as any other, although little of it may be left
+        self._per_generation[generation] = max(todo, min(todo + done, self._trials_per_generation))
 
     def add(self, robot_s: float, besides_s: float) -> None:
         """One attempt of this generation has ended."""
@@ -128,7 +130,7 @@ class Forecast:
 
     def _trials_to_come(self) -> NDArray[np.float64]:
         """Trials of this generation and of every later one, if those need as many as the newest ones."""
-        recent = self._per_generation[-RECENT_GENERATIONS:] or [self._trials_per_generation]
+        recent = list(self._per_generation.values())[-RECENT_GENERATIONS:] or [self._trials_per_generation]
         later = max(0, self._generations - self._generation)
         return np.concatenate([[self._todo], np.full(later, np.mean(recent))])
 

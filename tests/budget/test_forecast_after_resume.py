@@ -1,0 +1,20 @@
+"""A run that is resumed in the middle of a generation: the later ones are as large as ever."""
+
+from __future__ import annotations
+
+import pytest
+
+from sceann_hil.budget import Amounts
+from sceann_hil.forecast import Cost, Forecast
+from sceann_hil.tasks.pole_balancing import PoleBalancing
+
+TASK = PoleBalancing(3000, 1.0)
+
+
+def test_a_generation_of_which_little_is_left_says_nothing_of_the_next_ones() -> None:
+    """Regression: with 1 of 5 trials left, every later generation counted as 1 trial."""
+    forecast = Forecast(TASK, 20, 5, 60.0, [(0, Cost(5, 50.0, 10.0)), (1, Cost(4, 40.0, 8.0))])
+    forecast.begin(1, 1)
+    end = forecast.ending(Amounts.unlimited())
+    assert end.trials == 1 + 19 * 5
+    assert end.wall_s == pytest.approx((1 + 19 * 5) * 12.0)
