@@ -123,6 +123,9 @@ class Supervisor:
                 raise Stopped(StopReason.BUDGET, refusal)
             trials = int(self._meter.spent.trials)
             self._warning = self._reference(trials, partial(self._run_reference, generation)) or self._warning
+            if int(self._meter.spent.trials) != trials:
+                # that run cost something too: is there still room for the trial?
+                continue
             self._publish()
             if not self._asks:
                 return True
@@ -137,22 +140,10 @@ class Supervisor:
         self, generation: int, slots: Slots, trials: Trials, run: Callable[[Trials], Results], task: Task
     ) -> Attended:
         situation = self._situation(generation, slots)
-        began_s = time.monotonic()
-        with self._desk.flight(situation, self._robot.interrupt) as flight, self._watched() as stopped_by:
-            results = run(trials)
-        flight_s = time.monotonic() - began_s
-        note = ""
-        void = flight.void_reason
-        if void is not None:
-            note = f"{flight.ended_by.value.replace('_', ' ')} by an operator" if flight.ended_by else ""
-        elif stopped_by:
-            void, note = stopped_by[0].quantity.void_reason, f"suspended: {stopped_by[0].reason}"
-        if void is not None:
-            results = self._void(trials, void)
-        results = self._timed(results, flight_s)
+        results, note = self._fly(situation, trials, run)
         operator_s = self._answered.after_s if self._answered is not None else None
         at_once, then = False, None
-        if self._asks and self._confirm and void is None and not _is_void(results):
+        if self._asks and self._confirm and not _is_void(results):
             results, verdict_s, note, at_once, then = self._judged(situation, results, trials, task)
             operator_s = (operator_s or 0.0) + verdict_s
         self._answered = None
@@ -174,15 +165,26 @@ class Supervisor:
         situation = replace(self._describe(generation, 0, trial, 0), reference=True)
         if self._asks and self._desk.ask(Phase.BEFORE, situation).verb is Verb.SKIP:
             return None
-        began_s = time.monotonic()
-        with self._desk.flight(situation, self._robot.interrupt) as flight:
-            results = self._robot.run(trials)
-        void = flight.void_reason
-        results = self._timed(results if void is None else self._void(trials, void), time.monotonic() - began_s)
+        results, _ = self._fly(situation, trials, self._robot.run)
         if EndReason.EMERGENCY_STOP in results.end_reasons:
             raise EmergencyStop("an emergency stop ended a reference run")
         self._meter.add(float(results.durations_s[0]), 0.0, self._robot.health().battery_fraction)
         return results
+
+    def _fly(self, situation: Situation, trials: Trials, run: Callable[[Trials], Results]) -> tuple[Results, str]:
+        """What came of it, void where a person or a suspender ended it; then also who or what did."""
+        began_s = time.monotonic()
+        with self._desk.flight(situation, self._robot.interrupt) as flight, self._watched() as stopped_by:
+            results = run(trials)
+        flight_s = time.monotonic() - began_s
+        void, why = flight.void_reason, ""
+        if void is not None:
+            why = f"{flight.ended_by.value.replace('_', ' ')} by an operator" if flight.ended_by else ""
+        elif stopped_by:
+            void, why = stopped_by[0].quantity.void_reason, f"suspended: {stopped_by[0].reason}"
+        if void is not None:
+            results = self._void(trials, void)
+        return self._timed(results, flight_s), why
 
     # -- what it asks -----------------------------------------------------------------------------------------------
 
@@ -336,9 +338,7 @@ class Supervisor:
             robot_s=self._meter.spent.robot_s,
             wall_s=self._meter.spent.wall_s,
             left=self._meter.left,
-            forecast=self._forecast.text(
-                self._meter.limits - self._meter.spent, self._meter.mean_trial.battery_charges
-            ),
+            forecast=self._forecast.text(self._meter.remaining, self._meter.mean_trial.battery_charges),
             warnings=(*warnings, *wrong, *drift),
         )
         self._desk.publish(self._status, finished)
