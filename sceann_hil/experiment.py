@@ -15,6 +15,7 @@ import platform
 import shutil
 import time
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack, suppress
 from dataclasses import asdict, dataclass, replace
 from enum import Enum, auto
 from importlib.metadata import version
@@ -30,8 +31,9 @@ from sceann_hil.errors import RunExists
 from sceann_hil.evaluator import Evaluator, Phenotype
 from sceann_hil.evolution import Algorithm, State
 from sceann_hil.forecast import Cost, Forecast
-from sceann_hil.journal import LOCK_NAME, GenerationRow, IndividualRow, Journal, RunLock, Slots
+from sceann_hil.journal import JOURNAL_NAME, LOCK_NAME, GenerationRow, IndividualRow, Journal, RunLock, Slots
 from sceann_hil.operators import Desk
+from sceann_hil.recording import RecordingPaths
 from sceann_hil.robot import Robot
 from sceann_hil.seeds import Purpose, generator
 from sceann_hil.stopping import Stopped, StopReason
@@ -121,8 +123,8 @@ class Experiment:
                 "Choose another --out, or `sceann resume` it if it is a run.",
             )
         directory.mkdir(parents=True, exist_ok=True)
-        lock = RunLock(directory)
-        try:
+        with ExitStack() as undo:
+            lock = undo.enter_context(RunLock(directory))
             journal = Journal.create(
                 directory,
                 name=config.name or directory.name,
@@ -132,10 +134,10 @@ class Experiment:
                 parent_run=str(ancestor.directory) if ancestor is not None else None,
                 first=first,
             )
-        except BaseException:
-            lock.release()
-            raise
-        return cls(directory, lock, journal)
+            undo.callback(journal.close)
+            experiment = cls(directory, lock, journal)
+            undo.pop_all()
+        return experiment
 
     @classmethod
     def open(cls, directory: Path) -> Self:
@@ -144,12 +146,12 @@ class Experiment:
         Raises:
             NotARun, RunIsNewer, RunIsDamaged, RunIsLocked: why not.
         """
-        journal = Journal(directory)
-        try:
-            return cls(directory, RunLock(directory), journal)
-        except BaseException:
-            journal.close()
-            raise
+        with ExitStack() as undo:
+            journal = Journal(directory)
+            undo.callback(journal.close)
+            experiment = cls(directory, undo.enter_context(RunLock(directory)), journal)
+            undo.pop_all()
+        return experiment
 
     @property
     def phenotype(self) -> Phenotype:
@@ -213,15 +215,25 @@ class Experiment:
         return Outcome.FINISHED
 
     def forget(self) -> bool:
-        """Close a run in which no trial was ever begun, and remove its folder.
+        """Close a run in which nothing was ever measured, and remove what it put into its folder.
+
+        The folder goes too, unless somebody else keeps something in it, or something is linked or mounted there.
 
         Returns:
-            False if there is something in it: nothing was done.
+            False if there is something in the run: nothing was done.
         """
-        if self.journal.reader.count_attempts():
+        reader = self.journal.reader
+        if reader.count_attempts() or reader.references():
             return False
+        self.journal.close()
+        shutil.rmtree(RecordingPaths(self.directory).folder, ignore_errors=True)
+        own = {CONFIG_NAME, LOCK_NAME, *(f"{JOURNAL_NAME}{end}" for end in ("", "-wal", "-shm"))}
+        for path in list(self.directory.iterdir()):
+            if path.name in own or Journal.is_unborn(path):
+                path.unlink()
         self.close()
-        shutil.rmtree(self.directory)
+        with suppress(OSError):
+            self.directory.rmdir()
         return True
 
     def close(self) -> None:
