@@ -287,18 +287,19 @@ class RemoteRobot(Robot):
     def settle(self, trials: Trials) -> Results:
         """Ask the robot what became of a trial whose host died: never started, ended, or half.
 
-        A trial that never started is run now. One that ended is taken if its result is known for sure: in mode HIL if
-        the robot's steps and state hash are those of the simulation, otherwise if its steps ran out and no sensor
-        could have ended the task before. Anything else is void.
+        A trial that never started is run now, or is void if a person has to be asked first. One that ended is taken if
+        its result is known for sure: in mode HIL if the robot's steps and state hash are those of the simulation,
+        otherwise if its steps ran out and no sensor could have ended the task before. Anything else is void.
         """
         try:
             last = self.link.last()
         except LinkError:
             self._connection.reach()
             last = self.link.last()
-        if last.trial_id != robot_trial_id(trials):
-            return self.run(trials)
         void = Results.void(1, EndReason.LINK_LOST, len(self._spec.state_fields))
+        if last.trial_id != robot_trial_id(trials):
+            # whoever said "ready" before the crash may not be there, nor the robot at its start
+            return void if self._spec.attended else self.run(trials)
         if self._body is not None:
             expected = self._body.robot.trace(trials)
             same = (last.ticks, last.state_hash) == (int(expected.steps[0]), int(expected.hashes[0]))
