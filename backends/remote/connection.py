@@ -17,6 +17,9 @@ from sceann_hil.robot import EmergencyStop, EndReason, LinkError, RobotFault, Ro
 OPENING_S = 0.2
 """Pause between two tries to open a port that is gone."""
 
+STATE_S = 0.5
+"""How long to listen for a found robot's state; it tells it every 100 ms."""
+
 
 @dataclass(frozen=True, slots=True)
 class RemoteSettings:
@@ -174,14 +177,13 @@ class Connection:
                 self.in_doubt = False
             self._load_now(trials)
         except Refused as refused:
-            if refused.status is not Status.NO_SESSION:
-                self.rest()
-            else:
+            if refused.status is Status.NO_SESSION:
                 self.reach()
+            self._rest_unless_stopped()
             self._load_now(trials)
         except LinkError:
             self.reach()
-            self.rest()
+            self._rest_unless_stopped()
             self._load_now(trials)
 
     def rest(self) -> None:
@@ -200,9 +202,20 @@ class Connection:
                 ) from None
             raise
 
-    def _load_now(self, trials: Trials) -> None:
+    def _rest_unless_stopped(self) -> None:
+        """`rest` in the middle of a run: nobody asked for a latched stop to be cleared."""
+        link, patience_s = self.connected, time.monotonic() + STATE_S
+        while link.state is None and time.monotonic() < patience_s:
+            link.receive(0.05)
+        self._refuse_latched_stop()
+        self.rest()
+
+    def _refuse_latched_stop(self) -> None:
         if self.connected.state is State.ESTOP:
             raise EmergencyStop(f"{self._spec.name}: its emergency stop is latched")
+
+    def _load_now(self, trials: Trials) -> None:
+        self._refuse_latched_stop()
         if self.connected.state in (State.SAFE, State.ARMED, State.RUNNING):
             self.rest()
         weights = trials.weights[trials.genome_index[0]]
