@@ -20,7 +20,7 @@ from sceann_hil.controller import ONE, SENSOR_MAX, Dynamics
 from sceann_hil.diagnosis import Finding, Verdict
 from sceann_hil.durations import Durations
 from sceann_hil.firmware.descriptor import Capability, Descriptor
-from sceann_hil.firmware.vocabulary import Function, Mode, Op, Telemetry
+from sceann_hil.firmware.vocabulary import Function, Mode, Op, State, Telemetry
 from sceann_hil.robot import LinkError, RobotError
 
 if TYPE_CHECKING:
@@ -151,7 +151,7 @@ def _watchdog(link: RobotLink, robot: Descriptor) -> Finding:
     link.last_end = None
     with link.silent():
         silent_s = time.monotonic()
-        while link.state is None or link.state.name not in ("SAFE", "ESTOP"):
+        while link.state not in (State.SAFE, State.ESTOP):
             link.receive(0.005)
             if time.monotonic() - silent_s > 1.0:
                 break
@@ -222,10 +222,14 @@ def _motors(link: RobotLink, robot: Descriptor) -> Finding:
         if incoming[0] == Function.SENSE:
             tick[0] += 1
 
+    link.last_end = None
     with link.exclusive(trial_id), link.listening(listen):
         begin(link, Order(trial_id, 2000, period_s, 1, 1), Mode.TETHERED, Telemetry.NONE)
         started_s, answered = time.monotonic(), -1
+        stopped = silent = False
         for motor in range(robot.n_motors + 1):
+            if stopped:
+                break
             # the last round drives the last motor on and sends no heartbeats
             silent = motor == robot.n_motors
             driven = min(motor, robot.n_motors - 1)
@@ -238,11 +242,21 @@ def _motors(link: RobotLink, robot: Descriptor) -> Finding:
                     if tick[0] > answered:
                         answered = tick[0]
                         link.send(Function.DRIVE_IN, pack_drive(answered, 0, values))
-                    if link.state is not None and link.state.name == "SAFE":
+                    stopped = link.last_end is not None or link.state is State.SAFE
+                    if stopped:
                         safe_s = time.monotonic() - silent_s
                         break
+    end = link.last_end
     link.request(Op.STOP)
     link.request(Op.CLEAR)
+    if stopped and not (silent and (end is None or end.reason is LinkEnd.LINK_LOST)):
+        why = "END was lost" if end is None else end.reason.name.lower().replace("_", " ")
+        return Finding(
+            "motors",
+            Verdict.BAD,
+            f"the robot stopped by itself before silence could stop it ({why})",
+            "Release bumper and stop button, look at the battery, and run the doctor again.",
+        )
     good = 0.0 < safe_s <= LATEST_S
     return Finding(
         "motors",
