@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,7 +82,7 @@ def measure(
     )
     asks = desk is not None and desk.asks and robot.spec.attended
     results = [
-        _one(robot, task, part, desk if asks else None, int(trial[number]))
+        _one(robot, task, part, desk if asks else None, int(trial[number]), genome.size)
         for number, part in enumerate(trials.batches(robot.spec.batch_size))
     ]
     traces = tuple(trace for result in results for trace in result.traces or ())
@@ -95,10 +95,12 @@ def measure(
     )
 
 
-def _one(robot: Robot, task: Task, trials: Trials, desk: Desk | None, trial: int) -> Results:
+def _one(robot: Robot, task: Task, trials: Trials, desk: Desk | None, trial: int, n_trials: int) -> Results:
     """One batch whose results count."""
     for attempt in range(RETRY_LIMIT + 1):
-        results = _attempt(robot, task, trials, desk, trial, attempt)
+        # a robot runs no number twice
+        numbered = replace(trials, ids=trials.ids + attempt * n_trials)
+        results = _attempt(robot, task, numbered, desk, trial, attempt)
         reasons = [EndReason(reason) for reason in results.end_reasons.tolist()]
         if EndReason.EMERGENCY_STOP in reasons:
             raise EmergencyStop("an emergency stop ended the trial")
