@@ -81,14 +81,21 @@ class Forecast:
         self._costs = dict(before)
         self._generation = max(self._costs, default=0)
         self._todo = trials_per_generation
-        self._per_generation = {number: cost.attempts for number, cost in self._costs.items()}
+        self._per_generation = {number: self._size(number) for number in self._costs}
 
     def begin(self, generation: int, todo: int) -> None:
         """A generation begins, of which `todo` trials are still to be run."""
+        if generation != self._generation and self._generation in self._per_generation:
+            # races may have needed fewer than were to do
+            self._per_generation[self._generation] = self._size(self._generation)
         self._generation, self._todo = generation, todo
-        done = self._costs[generation].attempts if generation in self._costs else 0
         # a resumed generation is as large as any other, although little of it may be left
-        self._per_generation[generation] = max(todo, min(todo + done, self._trials_per_generation))
+        self._per_generation[generation] = max(todo, self._size(generation, todo))
+
+    def _size(self, generation: int, todo: int = 0) -> int:
+        """Trials of a generation in all, as far as attempts tell."""
+        done = self._costs[generation].attempts if generation in self._costs else 0
+        return min(done + todo, self._trials_per_generation)
 
     def add(self, robot_s: float, besides_s: float) -> None:
         """One attempt of this generation has ended."""
@@ -129,8 +136,10 @@ class Forecast:
         return True, float(trials[:last].sum()) + room, float(before[1] + room * each[last, 1])
 
     def _trials_to_come(self) -> NDArray[np.float64]:
-        """Trials of this generation and of every later one, if those need as many as the newest ones."""
-        recent = list(self._per_generation.values())[-RECENT_GENERATIONS:] or [self._trials_per_generation]
+        """Trials of this generation and of every later one, if those need as many as the newest finished ones."""
+        finished = [trials for number, trials in self._per_generation.items() if number != self._generation]
+        this = self._per_generation.get(self._generation, self._trials_per_generation)
+        recent = finished[-RECENT_GENERATIONS:] or [this]
         later = max(0, self._generations - self._generation)
         return np.concatenate([[self._todo], np.full(later, np.mean(recent))])
 
