@@ -276,7 +276,8 @@ class Experiment:
         trials = config.algorithm.population * task.n_trials
         before = [(row[0], Cost(*row[1:])) for row in reader.costs()]
         forecast = Forecast(task, config.algorithm.generations, trials, longest_trial_s, before)
-        meter = Meter(limits, self._spent(), longest_trial_s)
+        # trials that are not settled are counted when they are
+        meter = Meter(limits, self._spent() - Amounts(trials=reader.spent().unsettled), longest_trial_s)
         reference = ReferenceRuns(config.reference, self.phenotype, task, robot, config.seed, self.journal)
         finite = {name: None if value == float("inf") else value for name, value in asdict(limits).items()}
         operators = config.operator.resolved(attended=robot.spec.attended)

@@ -100,11 +100,20 @@ class ReferenceRow:
 
 @dataclass(frozen=True, slots=True)
 class SpentRow:
-    """What all sessions of a run have used up; attempts whose outcome is not known count as trials only."""
+    """What all sessions of a run have used up; attempts whose outcome is not known count as trials only.
+
+    Attributes:
+        robot_s: robot time.
+        wall_s: time in which the run was being worked on.
+        trials: attempts and reference runs.
+        unsettled: attempts among them whose outcome is not known.
+        battery_charges: full batteries.
+    """
 
     robot_s: float
     wall_s: float
     trials: int
+    unsettled: int
     battery_charges: float
 
 
@@ -289,16 +298,16 @@ class JournalReader:
 
     def spent(self) -> SpentRow:
         """What the run has used up so far."""
-        robot_s, trials = self._db.execute(
-            "SELECT coalesce(sum(robot_s), 0), count(*) FROM (SELECT robot_s FROM attempt "
-            "UNION ALL SELECT robot_s FROM reference)"
+        robot_s, trials, ended = self._db.execute(
+            "SELECT coalesce(sum(robot_s), 0), count(*), count(end_reason) FROM (SELECT robot_s, end_reason FROM "
+            "attempt UNION ALL SELECT robot_s, end_reason FROM reference)"
         ).fetchone()
         wall_s = self._db.execute("SELECT coalesce(sum(wall_s), 0) FROM session").fetchone()[0]
         charges = self._db.execute(
             "SELECT coalesce(sum(max(0, drop_)), 0) FROM (SELECT lag(battery) OVER (ORDER BY id) - battery AS drop_ "
             "FROM attempt WHERE battery IS NOT NULL)"
         ).fetchone()[0]
-        return SpentRow(robot_s, wall_s, trials, charges)
+        return SpentRow(robot_s, wall_s, trials, trials - ended, charges)
 
     def costs(self) -> list[tuple[int, int, float, float]]:
         """(generation, attempts that ended, their robot time, their operators' time) of all generations, in order."""
