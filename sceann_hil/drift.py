@@ -16,7 +16,7 @@ from sceann_hil.coding import genome_from_hex
 from sceann_hil.drift_settings import ReferenceConfig
 from sceann_hil.evaluator import Phenotype
 from sceann_hil.journal import Journal
-from sceann_hil.robot import Results, Robot, Trials
+from sceann_hil.robot import EmergencyStop, EndReason, Results, Robot, RobotFault, Trials
 from sceann_hil.seeds import Purpose, keys
 from sceann_hil.task import Task
 
@@ -114,6 +114,9 @@ class ReferenceRuns:
 
         Returns:
             A warning if the robot drifts.
+
+        Raises:
+            EmergencyStop, RobotFault: the run of the genome ended so.
         """
         every = self._settings.every
         if every is None or self._robot.spec.repeatable:
@@ -132,6 +135,10 @@ class ReferenceRuns:
         # the reference run is one of the trials that will be told next time
         self._last_at = trials + 1
         self._journal.record_reference(genome, trial, results, float(self._task.fitness(results)[0]))
+        if EndReason.EMERGENCY_STOP in results.end_reasons:
+            raise EmergencyStop("an emergency stop ended a reference run")
+        if EndReason.FAULT in results.end_reasons:
+            raise RobotFault(": ".join(("a reference run ended with a fault", *self._robot.health().messages)))
         counted = [row.fitness for row in self._journal.reader.references() if row.fitness is not None]
         warning = Drift.of(counted).warning
         if warning:

@@ -166,8 +166,6 @@ class Supervisor:
         if self._asks and self._desk.ask(Phase.BEFORE, situation).verb is Verb.SKIP:
             return None
         results, _ = self._fly(situation, trials, self._robot.run)
-        if EndReason.EMERGENCY_STOP in results.end_reasons:
-            raise EmergencyStop("an emergency stop ended a reference run")
         self._meter.add(float(results.durations_s[0]), 0.0, self._robot.health().battery_fraction)
         return results
 
