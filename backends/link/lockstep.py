@@ -48,6 +48,7 @@ def run_lockstep(
     states = np.zeros((order.max_ticks + 1, len(body.state)), np.float32)
     with link.exclusive(order.trial_id), link.listening(follower.take):
         begin(link, order, Mode.HIL, Telemetry.NONE)
+        follower.begun()
         states[0] = body.state
         tick = moved = 0
         for tick in range(order.max_ticks):

@@ -20,6 +20,7 @@ def run_onboard(link: RobotLink, order: Order, watch: Watch | None, observer: Tr
     follower = Follower(order, watch, observer)
     with link.exclusive(order.trial_id), link.listening(follower.take):
         begin(link, order, Mode.ONBOARD, Telemetry.SENSE | Telemetry.DRIVE)
+        follower.begun()
         while follower.end is None and not follower.at_rest:
             link.receive(0.02)
             check(link, follower)

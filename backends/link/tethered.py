@@ -29,6 +29,7 @@ def run_tethered(
     crc, tick = 0xFFFF, 0
     with link.exclusive(order.trial_id), link.listening(follower.take):
         begin(link, order, Mode.TETHERED, Telemetry.NONE)
+        follower.begun()
         while follower.end is None and not (follower.at_rest and tick > follower.newest):
             if tick > follower.newest:
                 link.receive(0.02)

@@ -119,6 +119,10 @@ class Follower:
             running = Heartbeat.unpack(data).state == State.RUNNING
             self._rest_heartbeats = 0 if running else self._rest_heartbeats + 1
 
+    def begun(self) -> None:
+        """The robot took the START: what its heartbeats said until now is not about this trial."""
+        self._rest_heartbeats = 0
+
     @property
     def at_rest(self) -> bool:
         """The robot says twice in a row that it runs no trial (once may be from before the start)."""
