@@ -184,6 +184,8 @@ class RobotLine:
 
     def _beat(self, now_s: float) -> None:
         if self._trial_id and now_s - self._heard_s > HEARD_S:
+            # soon again, should it be heard meanwhile; at once would be a loop that never sleeps
+            self._beat_due_s = now_s + 0.1 * HEARTBEAT_S
             return
         self.send(Function.HOST_HEARTBEAT, host_heartbeat(self._trial_id, self.session))
         self._beat_due_s = now_s + HEARTBEAT_S
