@@ -49,7 +49,7 @@ def virtual(
         str | None, typer.Option("--can", metavar="INTERFACE:CHANNEL", help="On a python-can bus instead of a port.")
     ] = None,
     store: Annotated[Path | None, typer.Option("--store", metavar="FILE", help="Keeps what an EEPROM keeps.")] = None,
-    rig_port: Annotated[int, typer.Option("--rig-port", min=0, help="TCP port of the reset rig; 0 for any.")] = 0,
+    rig_port: Annotated[int, typer.Option("--rig-port", min=0, max=65_535, help="TCP port of the rig; 0 for any.")] = 0,
     battery_s: Annotated[
         float, typer.Option("--battery-s", min=0.1, help="Driven time that the battery lasts.")
     ] = 3600.0,

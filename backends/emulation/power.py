@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import socket
 import tempfile
 from collections.abc import Iterator
@@ -98,10 +99,11 @@ def switch_on(
 
     Raises:
         ConfigError: the board cannot have this body, line or store.
-        CannotWrite: there is something else at `port`.
+        CannotWrite: there is something else at `port`, or `store` cannot be kept.
     """
     if can is not None and board is Board.UNO:
         raise ConfigError("--can: expected a board on a line of its own, got uno.", "Leave --can out.")
+    _check_store(store)
     with ExitStack() as stack:
         body = _body(robot, seed, battery_s, board)
         rig = None
@@ -159,6 +161,14 @@ def _linked(stack: ExitStack, terminal: str, port: Path | None) -> str:
     port.symlink_to(terminal)
     stack.callback(port.unlink, missing_ok=True)
     return str(port)
+
+
+def _check_store(store: Path | None) -> None:
+    """The board's program would give up by itself, behind a robot that says that it is on."""
+    if store is None:
+        return
+    if store.is_dir() or not os.access(store if store.exists() else store.parent, os.W_OK):
+        raise CannotWrite(f"--store: expected a file that can be written, got {store}.", "Choose another --store.")
 
 
 def _check_free(port: Path) -> None:
