@@ -40,7 +40,12 @@ def virtual(
         Path | None,
         typer.Option("--write", metavar="FILE", help="Write CONFIG with this robot in place of the simulated one."),
     ] = None,
-    mode: Annotated[str, typer.Option("--mode", help="What --write says: onboard, tethered or hil.")] = "onboard",
+    mode: Annotated[
+        str | None,
+        typer.Option(
+            "--mode", help="What --write says: onboard, tethered or hil.", show_default="onboard; hil without a body"
+        ),
+    ] = None,
     baud: Annotated[
         int | None,
         typer.Option("--baud", min=1200, help="posix: pace the line like a UART.", show_default="as fast as it goes"),

@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from backends.cartpole import CartPole
+from backends.cartpole import CartPole, CartPoleConfig
 from backends.emulation.body import VirtualBody
+from backends.emulation.power import VirtualRobot
 from backends.emulation.virtual_posix import VirtualPosix
 from sceann_hil.cli import app
 from sceann_hil.diagnosis import Verdict
@@ -46,3 +47,11 @@ def test_a_folder_that_is_not_there_is_told_before_the_robot_is_on(option: str, 
     assert isinstance(told, CannotWrite)
     assert str(place) in told.message
     assert "is on" not in result.output
+
+
+def test_a_board_without_a_body_of_its_own_serves_the_loop() -> None:
+    robot = VirtualRobot({"port": "p"}, CartPoleConfig(), None)
+    assert robot.section()["mode"] == "hil"
+    assert robot.section()["body"]["type"] == "cartpole"
+    with pytest.raises(ConfigError, match="expected hil, got 'onboard'"):
+        robot.section("onboard")
