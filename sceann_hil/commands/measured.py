@@ -44,13 +44,14 @@ def measured(
     """
     console = Console(stderr=True, highlight=False)
     phenotype = Phenotype(config.controller.coding, config.size, config.controller.dynamics)
-    robot = config.robot.build()
+    robot, task = config.robot.build(), config.task.build()
+    n_trials = len(genomes) * repeats * task.n_trials
     show = partial(console.print, markup=False, soft_wrap=True)
     with (
         _written_down(folder / TRIALS_NAME, robot.spec.name, names) as write,
         _explained(console, folder / TRIALS_NAME),
         robot,
-        show_trials(console, robot.spec.name) as progress,
+        show_trials(console, robot.spec.name, n_trials) as progress,
         beside(robot, config.operator, show) as desk,
     ):
 
@@ -58,7 +59,7 @@ def measured(
             write(trial)
             progress(trial)
 
-        measurement = measure(robot, phenotype, config.task.build(), genomes, repeats, config.seed, desk, report)
+        measurement = measure(robot, phenotype, task, genomes, repeats, config.seed, desk, report)
         return measurement, robot.timing
 
 

@@ -57,7 +57,6 @@ class Measured:
         steps: control steps done.
         end_reason: why it ended.
         robot_s: robot time.
-        n_trials: how many trials there will be in all.
     """
 
     genome: int
@@ -67,7 +66,6 @@ class Measured:
     steps: int
     end_reason: EndReason
     robot_s: float
-    n_trials: int
 
 
 def measure(
@@ -120,7 +118,7 @@ def measure(
         for i, fitness in enumerate(task.fitness(result).tolist()):
             which = (int(genome[done + i]), int(repeat[done + i]), int(trial[done + i]))
             ended = (int(result.steps[i]), EndReason(int(result.end_reasons[i])), float(result.durations_s[i]))
-            report(Measured(*which, fitness, *ended, genome.size))
+            report(Measured(*which, fitness, *ended))
         results.append(result)
     traces = tuple(trace for result in results for trace in result.traces or ())
     return Measurement(

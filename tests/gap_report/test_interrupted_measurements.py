@@ -57,7 +57,7 @@ def test_a_void_trial_is_run_again_and_a_second_measurement_is_not_the_first(vir
             measure(robot, phenotype, config.task.build(), genomes, 1, 1, report=told.append)
     assert len(runs) >= 3
     assert len(set(runs)) == len(runs)
-    assert [(one.genome, one.repeat, one.trial, one.n_trials) for one in told] == [(0, 0, 0, 1)] * 2
+    assert [(one.genome, one.repeat, one.trial) for one in told] == [(0, 0, 0)] * 2
 
 
 def test_an_operator_ends_a_measurement_without_a_traceback(run: Path, virtual: VirtualPosix, tmp_path: Path) -> None:
@@ -80,7 +80,7 @@ def test_what_was_measured_before_the_end_is_kept(
     def half(*arguments: object) -> None:
         report = arguments[-1]
         assert callable(report)
-        report(Measured(0, 0, 0, 7.0, 7, EndReason.FELL, 0.14, 2))
+        report(Measured(0, 0, 0, 7.0, 7, EndReason.FELL, 0.14))
         raise error
 
     monkeypatch.setattr(command, "measure", half)
