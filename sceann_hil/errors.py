@@ -10,6 +10,7 @@ from __future__ import annotations
 import errno
 import sqlite3
 from enum import IntEnum
+from pathlib import Path
 from typing import ClassVar, Self
 
 from sceann_hil.robot import EmergencyStop, LinkError, RobotError, RobotFault, TrialVoid
@@ -231,7 +232,10 @@ _OF_A_ROBOT: dict[type[RobotError], tuple[type[UserError], str]] = {
     EmergencyStop: (RobotWasStopped, "Make sure that it is safe, then `sceann resume` the run."),
 }
 
-_CANNOT_WRITE = (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.EISDIR, errno.ENAMETOOLONG)
+_CANNOT_WRITE = (
+    *(errno.EACCES, errno.EPERM, errno.EROFS),
+    *(errno.ENOTDIR, errno.EISDIR, errno.EEXIST, errno.ENAMETOOLONG),
+)
 _FREE_SPACE = "Free some space, then `sceann resume` the run: what was journalled so far is safe."
 
 
@@ -254,8 +258,15 @@ def as_user_error(error: BaseException) -> UserError | None:
         return DiskFull(f"The disk is full: {_where(error)} could not be written.", _FREE_SPACE)
     if isinstance(error, OSError) and error.errno in _CANNOT_WRITE:
         return CannotWrite(f"{_where(error)}: {error.strerror}.", "Choose another place, or change its permissions.")
+    if isinstance(error, FileNotFoundError) and error.filename is not None:
+        # a file that is missing in a folder that is there is a bug; whoever wants to write elsewhere may have mistyped
+        folder = Path(_where(error)).parent
+        if not folder.is_dir():
+            return CannotWrite(f"{_where(error)}: there is no folder {folder}.", "Make it, or choose another place.")
     return None
 
 
 def _where(error: OSError) -> str:
-    return str(error.filename) if error.filename is not None else "a file"
+    """The place that was to be written; of a link or a move, the second one."""
+    place = error.filename2 if error.filename2 is not None else error.filename
+    return str(place) if place is not None else "a file"

@@ -27,6 +27,7 @@ class Plan:
         longest_robot_s: robot time if every trial does.
         prompts: times that a person is asked something, before and after trials.
         longest_wall_s: robot time if every trial takes as long as it may, and `PROMPT_S` for every prompt.
+        simulated: the robot's time is simulated too, so that nobody waits for it.
         fits: whether that is within the budget; in words, empty if nothing is limited.
     """
 
@@ -40,6 +41,7 @@ class Plan:
     longest_robot_s: float
     prompts: int
     longest_wall_s: float
+    simulated: bool
     fits: str
 
     @classmethod
@@ -63,6 +65,7 @@ class Plan:
             longest_robot_s=trials * longest_trial_s,
             prompts=prompts,
             longest_wall_s=longest_wall_s,
+            simulated=spec.repeatable,
             fits=_fits(config, Amounts(trials * longest_trial_s, longest_wall_s, float(trials))),
         )
 

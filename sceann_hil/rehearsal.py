@@ -87,14 +87,10 @@ def rehearsal(
     simulated = body or (real if real.spec.repeatable else getattr(real, "body", None)) or _usual_body(config)
     attended = real.spec.attended or simulated is real
     script = ("ready", "accept") if config.operator.confirm else ("ready",)
-    operator = config.operator.model_copy(
-        update={
-            "who": (Who.SCRIPT,),
-            "script": config.operator.script or script,
-            "repeat_script": True,
-            "prompt": Prompt.NONE,
-        }
-    )
+    operator = config.operator
+    if operator.who != (Who.NONE,):  # a run that asks nobody is rehearsed without anybody
+        told = {"who": (Who.SCRIPT,), "script": operator.script or script, "repeat_script": True, "prompt": Prompt.NONE}
+        operator = operator.model_copy(update=told)
     with real.on_virtual_board(simulated) if firmware else nullcontext() as twin:
         if firmware and twin is None:
             raise ConfigError(

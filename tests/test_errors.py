@@ -64,6 +64,8 @@ def test_a_user_error_survives_the_way_between_processes(kind: type[UserError]) 
         (OSError(errno.EDQUOT, os.strerror(errno.EDQUOT)), ExitCode.DISK_FULL),
         (PermissionError(errno.EACCES, os.strerror(errno.EACCES), "run"), ExitCode.CANNOT_WRITE),
         (OSError(errno.EROFS, os.strerror(errno.EROFS), "run"), ExitCode.CANNOT_WRITE),
+        (FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), "run"), ExitCode.CANNOT_WRITE),
+        (FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), "no_folder/x.h"), ExitCode.CANNOT_WRITE),
     ],
 )
 def test_errors_of_others_become_user_errors(error: BaseException, code: ExitCode) -> None:
@@ -91,6 +93,7 @@ def test_a_user_error_is_told_as_it_is_and_a_bug_is_not_told() -> None:
         ValueError("x"),
         AssertionError(),
         OSError(errno.EBADF, "bad"),
+        FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), "missing_in_a_folder_that_is_there"),
         sqlite3.OperationalError("syntax"),
     ):
         assert as_user_error(bug) is None

@@ -40,7 +40,12 @@ def virtual(
         Path | None,
         typer.Option("--write", metavar="FILE", help="Write CONFIG with this robot in place of the simulated one."),
     ] = None,
-    mode: Annotated[str, typer.Option("--mode", help="What --write says: onboard, tethered or hil.")] = "onboard",
+    mode: Annotated[
+        str | None,
+        typer.Option(
+            "--mode", help="What --write says: onboard, tethered or hil.", show_default="onboard; hil without a body"
+        ),
+    ] = None,
     baud: Annotated[
         int | None,
         typer.Option("--baud", min=1200, help="posix: pace the line like a UART.", show_default="as fast as it goes"),
@@ -49,7 +54,7 @@ def virtual(
         str | None, typer.Option("--can", metavar="INTERFACE:CHANNEL", help="On a python-can bus instead of a port.")
     ] = None,
     store: Annotated[Path | None, typer.Option("--store", metavar="FILE", help="Keeps what an EEPROM keeps.")] = None,
-    rig_port: Annotated[int, typer.Option("--rig-port", min=0, help="TCP port of the reset rig; 0 for any.")] = 0,
+    rig_port: Annotated[int, typer.Option("--rig-port", min=0, max=65_535, help="TCP port of the rig; 0 for any.")] = 0,
     battery_s: Annotated[
         float, typer.Option("--battery-s", min=0.1, help="Driven time that the battery lasts.")
     ] = 3600.0,

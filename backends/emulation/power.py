@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import socket
 import tempfile
 from collections.abc import Iterator
@@ -40,22 +41,31 @@ class VirtualRobot:
     body: RobotConfig | None
     rig_address: str | None
 
-    def section(self, mode: str) -> dict[str, Any]:
+    @property
+    def modes(self) -> tuple[str, ...]:
+        """What it can do, the usual one first; without a body of its own, on its pins, only hil."""
+        return ("hil",) if self.rig_address is None else ("onboard", "tethered", "hil")
+
+    def section(self, mode: str | None = None) -> dict[str, Any]:
         """The robot section of a configuration.
 
+        Args:
+            mode: by default the first of `modes`.
+
         Raises:
-            ConfigError: it has no body, and the mode is not hil.
+            ConfigError: it is none of `modes`.
         """
-        section: dict[str, Any] = {"type": "remote", **self.line, "mode": mode}
-        if mode == "hil":
-            if self.body is not None:
-                section["body"] = self.body.model_dump(mode="json")
-            return section
-        if mode not in ("onboard", "tethered") or self.body is None:
+        mode = self.modes[0] if mode is None else mode
+        if mode not in self.modes:
             raise ConfigError(
-                f"mode: expected hil{'' if self.body is None else ', onboard or tethered'}, got {mode!r}.",
-                "A virtual robot gets a body from the CONFIG that is named after its board.",
+                f"mode: expected {' or '.join(self.modes)}, got {mode!r}.",
+                "The boards posix and uno get a body from the CONFIG that is named after them; the others have none.",
             )
+        section: dict[str, Any] = {"type": "remote", **self.line, "mode": mode}
+        if self.body is None:
+            return section
+        if mode == "hil":
+            return {**section, "body": self.body.model_dump(mode="json")}
         spec = self.body.spec
         bumper = "goal" if "heading_rad" in spec.start_fields else "fell"
         return {
@@ -98,10 +108,11 @@ def switch_on(
 
     Raises:
         ConfigError: the board cannot have this body, line or store.
-        CannotWrite: there is something else at `port`.
+        CannotWrite: there is something else at `port`, or `store` cannot be kept.
     """
     if can is not None and board is Board.UNO:
         raise ConfigError("--can: expected a board on a line of its own, got uno.", "Leave --can out.")
+    _check_store(store)
     with ExitStack() as stack:
         body = _body(robot, seed, battery_s, board)
         rig = None
@@ -159,6 +170,14 @@ def _linked(stack: ExitStack, terminal: str, port: Path | None) -> str:
     port.symlink_to(terminal)
     stack.callback(port.unlink, missing_ok=True)
     return str(port)
+
+
+def _check_store(store: Path | None) -> None:
+    """The board's program would give up by itself, behind a robot that says that it is on."""
+    if store is None:
+        return
+    if store.is_dir() or not os.access(store if store.exists() else store.parent, os.W_OK):
+        raise CannotWrite(f"--store: expected a file that can be written, got {store}.", "Choose another --store.")
 
 
 def _check_free(port: Path) -> None:

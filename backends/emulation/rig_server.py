@@ -8,6 +8,7 @@ import socketserver
 import threading
 
 from backends.emulation.body import VirtualBody
+from sceann_hil.errors import ConfigError
 
 
 class RigServer:
@@ -19,6 +20,9 @@ class RigServer:
     Args:
         body: the body.
         port: to listen on; 0 for any that is free.
+
+    Raises:
+        ConfigError: nobody may listen there, or somebody does already.
     """
 
     def __init__(self, body: VirtualBody, port: int = 0) -> None:
@@ -37,7 +41,10 @@ class RigServer:
                 return f"cannot place the robot: expected {', '.join(fields)} ({type(error).__name__}: {error})"
             return "ok"
 
-        self._server = socketserver.ThreadingTCPServer(("127.0.0.1", port), Handler)
+        try:
+            self._server = socketserver.ThreadingTCPServer(("127.0.0.1", port), Handler)
+        except OSError as error:
+            raise ConfigError(f"--rig-port {port}: {error.strerror}.", "Choose another, or 0 for any.") from error
         self._server.daemon_threads = True
         host, number = self._server.server_address[:2]
         self.address = f"{host!s}:{number}"

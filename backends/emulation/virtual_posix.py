@@ -47,6 +47,8 @@ class VirtualPosix:
         self.body = body
         self.driver_log: deque[BoardRecord] = deque(maxlen=LOG_LENGTH)
         spec = body.robot.spec if body is not None else None
+        # before the board, which would be left running if there is no such port
+        self.rig = RigServer(body, rig_port) if body is not None else None
         self.board = PosixBoard(
             n_sensors=spec.n_sensors if spec else 0,
             n_motors=spec.n_motors if spec else 0,
@@ -56,7 +58,6 @@ class VirtualPosix:
             node=node,
             name=f"virtual {spec.name}" if spec else "virtual (hil only)",
         )
-        self.rig = RigServer(body, rig_port) if body is not None else None
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._serve, name="virtual body", daemon=True)
         if body is not None:

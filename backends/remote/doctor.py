@@ -11,7 +11,7 @@ import numpy as np
 from serial.tools import list_ports
 
 from backends.link.messages import LinkEnd, pack_drive, start_arguments, unpack_sensors
-from backends.link.session import NoAnswer, RobotLink
+from backends.link.session import NoAnswer, Refused, RobotLink
 from backends.link.statistics import LinkStatistics
 from backends.link.trial import Order, begin
 from backends.link.upload import upload
@@ -20,7 +20,7 @@ from sceann_hil.controller import ONE, SENSOR_MAX, Dynamics
 from sceann_hil.diagnosis import Finding, Verdict
 from sceann_hil.durations import Durations
 from sceann_hil.firmware.descriptor import Capability, Descriptor
-from sceann_hil.firmware.vocabulary import Function, Mode, Op, State, Telemetry
+from sceann_hil.firmware.vocabulary import Function, Mode, Op, State, Status, Telemetry
 from sceann_hil.robot import LinkError, RobotError
 
 if TYPE_CHECKING:
@@ -61,10 +61,25 @@ def examine(robot: RemoteRobot, mode: Mode, *, may_move: bool) -> Iterator[Findi
             yield Finding(
                 "motors", Verdict.NOT_DONE, "the robot was not moved", "Lift its wheels and add --move to try them."
             )
+    except Refused as refused:
+        yield _refusal(refused, robot)
     except LinkError as error:
         yield Finding("link", Verdict.BAD, str(error), "Check the cable; run the doctor again.")
     finally:
         robot.disconnect()
+
+
+def _refusal(refused: Refused, robot: RemoteRobot) -> Finding:
+    if refused.status is not Status.ALARM:
+        return Finding("link", Verdict.BAD, str(refused), "Run the doctor again with the robot switched off and on.")
+    told = ", ".join(robot.health().messages)
+    return Finding(
+        "alarms",
+        Verdict.BAD,
+        f"the robot does not arm: bumper, battery or stop button{f' ({told})' if told else ''}",
+        "Put it back where nothing touches its bumper, release the stop button, look at the battery. A virtual "
+        "robot that has fallen over or arrived is put back by its next trial, or by switching it off and on.",
+    )
 
 
 def _ports() -> Finding:

@@ -3,27 +3,24 @@
 from __future__ import annotations
 
 import json
-from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 import typer
 from rich.console import Console
 from rich.table import Table
 
-from sceann_hil.coding import Bits
 from sceann_hil.commands.arguments import AsJson, OperatorOption, RunDirectory, operator_override, print_json
+from sceann_hil.commands.measured import measured
 from sceann_hil.commands.other_robot import with_robot_of
 from sceann_hil.config import ExperimentConfig, dump_config, parse_config
 from sceann_hil.drift import Drift
 from sceann_hil.errors import ConfigError, NotARun
-from sceann_hil.evaluator import Phenotype
-from sceann_hil.gap_report import GapReport, Measurement, Spread, measure
+from sceann_hil.gap_report import GapReport, Spread
 from sceann_hil.journal import IndividualRow, JournalReader
-from sceann_hil.operators.staff import beside
 from sceann_hil.replay import journalled_config
-from sceann_hil.robot import GapEstimate, Robot
+from sceann_hil.robot import GapEstimate
 from sceann_hil.timespans import duration_text
 
 OnRobot = Annotated[
@@ -53,12 +50,14 @@ def compare(
     simulated, real = _pair(journalled_config(reader), on, operator)
     rows = _best(reader, top)
     genomes = np.stack([row.genome_bits(simulated.genome_length) for row in rows])
-    there, timing = _measured(real, genomes, repeats)
-    here, _ = _measured(simulated, genomes, repeats)
+    # before the robot moves: a place that cannot be written to must not cost a measurement
+    folder = _folder(directory, "compare")
+    names = [row.genome for row in rows]
+    there, timing = measured(real, genomes, names, repeats, folder)
+    here, _ = measured(simulated, genomes, names, repeats, folder)
     with simulated.robot.build() as body:
         estimate = body.estimate_gap(there.starts, there.traces) if there.traces else None
-    report = GapReport.of([row.genome for row in rows], here, there, estimate)
-    folder = _folder(directory, "compare")
+    report = GapReport.of(names, here, there, estimate)
     # drawing takes a second to import
     from sceann_hil.gap_report import figures
 
@@ -90,12 +89,12 @@ def repeat(
     config = _with_operator(journalled_config(reader), operator)
     config = with_robot_of(config, on) if on is not None else config
     row = _individual(reader, genome)
-    measurement, _ = _measured(config, row.genome_bits(config.genome_length)[None], n)
+    folder = _folder(directory, "repeat")
+    measurement, _ = measured(config, row.genome_bits(config.genome_length)[None], [row.genome], n, folder)
     fitness = measurement.repeats[0]
     spread = Spread.of(fitness)
     task = config.task.build()
     differences = [part * (task.best_fitness - task.worst_fitness) for part in (0.02, 0.05, 0.1, 0.2)]
-    folder = _folder(directory, "repeat")
     from sceann_hil.gap_report import figures
 
     figures.draw_spread(fitness.tolist(), spread, folder / f"individual-{row.id}.png")
@@ -181,16 +180,6 @@ def _pair(config: ExperimentConfig, on: Path | None, operator: str | None) -> tu
 
 def _with_operator(config: ExperimentConfig, operator: str | None) -> ExperimentConfig:
     return parse_config(dump_config(config), "--operator", operator_override(operator))
-
-
-def _measured(config: ExperimentConfig, genomes: Bits, repeats: int) -> tuple[Measurement, dict[str, Any]]:
-    console = Console(stderr=True, highlight=False)
-    phenotype = Phenotype(config.controller.coding, config.size, config.controller.dynamics)
-    robot: Robot = config.robot.build()
-    show = partial(console.print, markup=False, soft_wrap=True)
-    with robot, beside(robot, config.operator, show) as desk:
-        measurement = measure(robot, phenotype, config.task.build(), genomes, repeats, config.seed, desk)
-        return measurement, robot.timing
 
 
 def _best(reader: JournalReader, top: int) -> list[IndividualRow]:

@@ -69,7 +69,10 @@ def plan(config: ConfigFile, seed: Seed = None, overrides: Overrides = None, as_
         "robot time at most", f"{_time(forecast.longest_robot_s)} ({_time(forecast.longest_trial_s)} per trial)"
     )
     table.add_row("prompts to a person", str(forecast.prompts))
-    table.add_row("wall time at most", f"{_time(forecast.longest_wall_s)} ({PROMPT_S:g} s per prompt)")
+    if not forecast.simulated:
+        table.add_row("wall time at most", f"{_time(forecast.longest_wall_s)} ({PROMPT_S:g} s per prompt)")
+    else:
+        table.add_row("wall time", "far less: robot time is simulated")
     if forecast.fits:
         table.add_row("within the budget", forecast.fits)
     Console().print(table)

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from sceann_hil.experiment import Progress as RunProgress
+from sceann_hil.gap_report import Measured
 
 _SECONDS_BETWEEN_LINES = 5.0
 
@@ -65,3 +66,32 @@ def _lines(console: Console) -> Callable[[RunProgress], None]:
             )
 
     return report
+
+
+@contextmanager
+def show_trials(console: Console, robot: str, n_trials: int) -> Iterator[Callable[[Measured], None]]:
+    """A function for `measure` to report to.
+
+    Args:
+        console: where it is shown; a bar if that is a terminal, else a line now and then.
+        robot: name of the robot that does the trials.
+        n_trials: how many there will be.
+    """
+    columns = (TextColumn("{task.description}"), MofNCompleteColumn(), BarColumn(), TextColumn("ETA"))
+    with Progress(
+        *columns, TimeRemainingColumn(compact=True), console=console, transient=True, disable=not console.is_terminal
+    ) as bar:
+        shown = bar.add_task(f"trials on {robot}", total=n_trials)
+        done = 0
+        last_line = time.monotonic()
+
+        def report(trial: Measured) -> None:
+            nonlocal done, last_line
+            done += 1
+            bar.update(shown, completed=done)
+            now = time.monotonic()
+            if not console.is_terminal and now - last_line >= _SECONDS_BETWEEN_LINES:
+                last_line = now
+                console.print(f"trial {done}/{n_trials} on {robot}: fitness {trial.fitness:.4g}")
+
+        yield report

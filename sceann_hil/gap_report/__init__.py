@@ -5,7 +5,7 @@ genome's fitness scatters, `figures` draws all of it.
 """
 
 from sceann_hil.gap_report.comparison import GapReport
-from sceann_hil.gap_report.measuring import Measurement, measure
+from sceann_hil.gap_report.measuring import Measured, Measurement, measure
 from sceann_hil.gap_report.spread import Spread
 
-__all__ = ["GapReport", "Measurement", "Spread", "measure"]
+__all__ = ["GapReport", "Measured", "Measurement", "Spread", "measure"]

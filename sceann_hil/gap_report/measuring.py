@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import secrets
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import count, islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +45,29 @@ class Measurement:
         return np.asarray(self.fitness.mean(axis=2), np.float64)
 
 
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """One trial that counts, told as soon as it is over.
+
+    Attributes:
+        genome: its index.
+        repeat: which repeat.
+        trial: number of the task's trial.
+        fitness: of this trial.
+        steps: control steps done.
+        end_reason: why it ended.
+        robot_s: robot time.
+    """
+
+    genome: int
+    repeat: int
+    trial: int
+    fitness: float
+    steps: int
+    end_reason: EndReason
+    robot_s: float
+
+
 def measure(
     robot: Robot,
     phenotype: Phenotype,
@@ -50,6 +76,7 @@ def measure(
     repeats: int,
     root_seed: int,
     desk: Desk | None = None,
+    report: Callable[[Measured], object] = lambda _: None,
 ) -> Measurement:
     """Run every genome `repeats` times through all trials of the task.
 
@@ -61,6 +88,7 @@ def measure(
         repeats: how often.
         root_seed: of the noise.
         desk: where the operators are, for a robot that needs somebody.
+        report: told of every trial that counts.
 
     Raises:
         TrialVoid: a trial came to nothing too often.
@@ -77,14 +105,21 @@ def measure(
         starts=task.starts[trial],
         keys=keys(root_seed, Purpose.REPEAT, genome, repeat, trial),
         max_steps=task.max_steps,
-        ids=_FIRST_ID + np.arange(genome.size),
+        ids=np.arange(genome.size),  # every attempt gets a number of its own
         run_id=root_seed % 65_521,
     )
     asks = desk is not None and desk.asks and robot.spec.attended
-    results = [
-        _one(robot, task, part, desk if asks else None, int(trial[number]), genome.size)
-        for number, part in enumerate(trials.batches(robot.spec.batch_size))
-    ]
+    # a robot refuses the number that it ran last, be it of an attempt that was void or of a measurement before this one
+    numbers = count(_FIRST_ID + secrets.randbelow(65_535))
+    results: list[Results] = []
+    for number, part in enumerate(trials.batches(robot.spec.batch_size)):
+        result = _one(robot, task, part, desk if asks else None, int(trial[number]), numbers)
+        done = sum(len(before.steps) for before in results)
+        for i, fitness in enumerate(task.fitness(result).tolist()):
+            which = (int(genome[done + i]), int(repeat[done + i]), int(trial[done + i]))
+            ended = (int(result.steps[i]), EndReason(int(result.end_reasons[i])), float(result.durations_s[i]))
+            report(Measured(*which, fitness, *ended))
+        results.append(result)
     traces = tuple(trace for result in results for trace in result.traces or ())
     return Measurement(
         robot=robot.spec.name,
@@ -95,12 +130,12 @@ def measure(
     )
 
 
-def _one(robot: Robot, task: Task, trials: Trials, desk: Desk | None, trial: int, n_trials: int) -> Results:
-    """One batch whose results count."""
+def _one(robot: Robot, task: Task, trials: Trials, desk: Desk | None, trial: int, numbers: Iterator[int]) -> Results:
+    """One batch whose results count; every attempt takes new `numbers`."""
+    told = ""
     for attempt in range(RETRY_LIMIT + 1):
-        # a robot runs no number twice
-        numbered = replace(trials, ids=trials.ids + attempt * n_trials)
-        results = _attempt(robot, task, numbered, desk, trial, attempt)
+        named = replace(trials, ids=np.fromiter(islice(numbers, len(trials)), np.int64))
+        results = _attempt(robot, task, named, desk, trial, attempt)
         reasons = [EndReason(reason) for reason in results.end_reasons.tolist()]
         if EndReason.EMERGENCY_STOP in reasons:
             raise EmergencyStop("an emergency stop ended the trial")
@@ -108,7 +143,10 @@ def _one(robot: Robot, task: Task, trials: Trials, desk: Desk | None, trial: int
             raise RobotFault("the trial ended with a fault")
         if not any(reason.is_void for reason in reasons):
             return results
-    raise TrialVoid(f"a trial of genome {trials.genome_index[0]} was void {RETRY_LIMIT + 1} times")
+        told = "; ".join((*map(str, set(reasons)), *robot.health().messages))
+    raise TrialVoid(
+        f"a trial of genome {trials.genome_index[0]} was void {RETRY_LIMIT + 1} times, the last time: {told}"
+    )
 
 
 def _attempt(robot: Robot, task: Task, trials: Trials, desk: Desk | None, trial: int, attempt: int) -> Results:

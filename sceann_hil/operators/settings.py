@@ -50,7 +50,8 @@ class OperatorConfig(Section):
     @classmethod
     def _nobody_is_alone(cls, who: tuple[Who, ...] | None) -> tuple[Who, ...] | None:
         if who is not None and (len(set(who)) != len(who) or (Who.NONE in who and len(who) > 1) or not who):
-            raise ValueError(f"expected none, or each of console, web and script at most once, got {list(who)}")
+            got = ", ".join(who) or "nobody"
+            raise ValueError(f"expected none, or each of console, web and script at most once, got {got}")
         return who
 
     @field_validator("script")

@@ -96,7 +96,9 @@ void body_safe(void *board)
 uint16_t body_alarms(void *board)
 {
     (void)board;
-    (void)take(0);
+    if (take(0) == 'A') {
+        silent = false;    /* late, and there again: its computer was busy */
+    }
     const uint16_t fault = silent ? (uint16_t)(SCEANN_ALARM_FAULT | FAULT_SILENT_BODY << 8) : 0u;
     return (uint16_t)(get16(&values[2]) | fault);
 }
