@@ -10,6 +10,7 @@ import contextlib
 import os
 import select
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -28,6 +29,8 @@ from sceann_hil.robot import EndReason, Trace
 NICENESS = 15
 FRAME_S = 0.1
 """Steps are sent to the viewer so often."""
+_SLOW_BYTES = 4096
+"""Whoever sends less at a time is paced, and can wait in the pipe for a frame."""
 
 
 class LiveTrial:
@@ -125,6 +128,9 @@ def records(descriptor: int) -> Iterator[tuple[FeedKind, int, int, bytes, int] |
             payload, buffer = buffer[HEADER.size : whole], buffer[whole:]
             yield FeedKind(kind), trial_id, step, payload, n_sensors
         yield None
+        if len(data) < _SLOW_BYTES:
+            # a robot's steps come one by one: woken by each of them, the viewer would disturb the loop that sends them
+            time.sleep(FRAME_S)
 
 
 def main() -> int:
