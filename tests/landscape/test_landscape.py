@@ -100,7 +100,8 @@ def test_an_interrupted_enumeration_goes_on_where_it_stopped(tmp_path: Path, mon
     assert not left.is_complete
     assert landscapes_in(tmp_path) == [] or all(found.directory.name == "whole" for found in landscapes_in(tmp_path))
     done = int(left.done.sum())
-    assert 3 <= done <= 5
+    # three chunks are in the air; if all of them come at once, none of them is synced yet
+    assert 2 <= done <= 5
     told.clear()
     parts = enumerate_landscape(config, tmp_path / "parts", 2, lambda *at: told.append(at[0]))
     assert told == list(range(done + 1, 17))
