@@ -8,6 +8,7 @@ again within a limit. What the journal already holds is never run a second time.
 
 from __future__ import annotations
 
+import copy
 import zlib
 from collections import deque
 from dataclasses import dataclass
@@ -153,8 +154,7 @@ class Evaluator:
         counted = ~np.isnan(now.fitness)
         success_rate = float(now.succeeded.mean()) if counted.all() else _mean(now.succeeded[counted])
         if now.pool is not None:
-            rates = self._with_pool(now)[1]
-            success_rate = float(np.nanmean(rates))
+            success_rate = float(np.nanmean(_pooled(now, now.pool)[1]))
         values = self._values(now, self._task.n_trials)
         if racing:
             task = self._task
@@ -164,7 +164,7 @@ class Evaluator:
 
     def _values(self, now: _Generation, rounds_done: int) -> NDArray[np.float64]:
         """Fitness by place as far as a race that has done so many rounds may know it, shape ``(p, t)``."""
-        values = now.fitness if now.pool is None else self._with_pool(now)[0]
+        values = now.fitness if now.pool is None else _pooled(now, now.pool)[0]
         values = values.copy()
         values[:, rounds_done:] = np.nan
         return values
@@ -184,16 +184,6 @@ class Evaluator:
                     succeeded = bool(self._task.succeeded(_result_of(row))[0])
                     pool.add(genome.tobytes(), row.trial, row.fitness, succeeded)
         return pool
-
-    def _with_pool(self, now: _Generation) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Pooled fitness and success rate by place."""
-        pool = self._pool(now.number, now.genomes)
-        if pool is None:
-            raise RuntimeError("there is no pool")
-        for individual, trial in zip(*np.nonzero(~np.isnan(now.fitness)), strict=True):
-            value, succeeded = float(now.fitness[individual, trial]), bool(now.succeeded[individual, trial])
-            pool.add(now.genomes[individual].tobytes(), int(trial), value, succeeded)
-        return pool.means(now.genomes)
 
     # -- running ----------------------------------------------------------------------------------------------------
 
@@ -296,6 +286,15 @@ class Evaluator:
                 f"trial {slots.trial[worst]} of individual {slots.individual[worst]} was void "
                 f"{failures[worst]} times; " + self._with_complaints("no fitness was made of it")
             )
+
+
+def _pooled(now: _Generation, before: Pool) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Fitness and success rate by place, pooled over generations `before` and what is counted of this one."""
+    pool = copy.deepcopy(before)
+    for individual, trial in zip(*np.nonzero(~np.isnan(now.fitness)), strict=True):
+        value, succeeded = float(now.fitness[individual, trial]), bool(now.succeeded[individual, trial])
+        pool.add(now.genomes[individual].tobytes(), int(trial), value, succeeded)
+    return pool.means(now.genomes)
 
 
 def _mean(values: NDArray[np.bool_]) -> float:

@@ -112,18 +112,21 @@ def measure(
     # a robot refuses the number that it ran last, be it of an attempt that was void or of a measurement before this one
     numbers = count(_FIRST_ID + secrets.randbelow(65_535))
     results: list[Results] = []
+    fitness: list[NDArray[np.float64]] = []
+    done = 0
     for number, part in enumerate(trials.batches(robot.spec.batch_size)):
         result = _one(robot, task, part, desk if asks else None, int(trial[number]), numbers)
-        done = sum(len(before.steps) for before in results)
-        for i, fitness in enumerate(task.fitness(result).tolist()):
+        results.append(result)
+        fitness.append(task.fitness(result))
+        for i, value in enumerate(fitness[-1].tolist()):
             which = (int(genome[done + i]), int(repeat[done + i]), int(trial[done + i]))
             ended = (int(result.steps[i]), EndReason(int(result.end_reasons[i])), float(result.durations_s[i]))
-            report(Measured(*which, fitness, *ended))
-        results.append(result)
+            report(Measured(*which, value, *ended))
+        done += len(result)
     traces = tuple(trace for result in results for trace in result.traces or ())
     return Measurement(
         robot=robot.spec.name,
-        fitness=np.concatenate([task.fitness(result) for result in results]).reshape(shape),
+        fitness=np.concatenate(fitness).reshape(shape),
         durations_s=np.concatenate([result.durations_s for result in results]).reshape(shape),
         traces=traces if len(traces) == genome.size else (),
         starts=trials.starts,

@@ -97,9 +97,11 @@ def _additive(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(worth[:, None] + easiness)
 
 
-def _expected(values: NDArray[np.float64], worst: float, best: float) -> NDArray[np.float64]:
-    """Everybody's mean over all trials, with `_additive`'s word where one was not run, shape ``(population,)``."""
-    filled = np.where(np.isnan(values), np.clip(_additive(values), worst, best), values)
+def _expected(
+    values: NDArray[np.float64], model: NDArray[np.float64], worst: float, best: float
+) -> NDArray[np.float64]:
+    """Everybody's mean over all trials, with `_additive`'s `model` where one was not run, shape ``(population,)``."""
+    filled = np.where(np.isnan(values), np.clip(model, worst, best), values)
     return np.asarray(filled.mean(axis=1), np.float64)
 
 
@@ -110,8 +112,9 @@ def _is_behind(values: NDArray[np.float64], worst: float, best: float) -> NDArra
     enough = count >= max(2, -(-n_trials // 2))
     if not enough.any() or not count.all():
         return np.zeros(len(values), np.bool_)
-    mean = _expected(values, worst, best)
-    residual = np.where(known, values - _additive(values), 0.0)
+    model = _additive(values)
+    mean = _expected(values, model, worst, best)
+    residual = np.where(known, values - model, 0.0)
     variance = (residual**2).sum() / max(int(known.sum()) - len(values) - int(known.any(axis=0).sum()) + 1, 1)
     error = np.sqrt(variance * (1.0 / count - 1.0 / n_trials))
     return np.asarray(enough & (mean + error < np.median(mean)))
@@ -124,7 +127,7 @@ def raced_fitness(values: NDArray[np.float64], worst: float, best: float, rule: 
     """
     complete: NDArray[np.bool_] = np.asarray(~np.isnan(values).any(axis=1))
     if rule is Racing.APPROXIMATE:
-        ended = _expected(values, worst, best)
+        ended = _expected(values, _additive(values), worst, best)
     else:
         low, high = bounds(values, worst, best)
         ended = (low + high) / 2.0
