@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sceann_hil.recording.paths import RecordingPaths
+from sceann_hil.recording.process import step_back
 
 HEADER = struct.Struct("<BIHBB")
 """Kind, attempt id, step, sensors that follow (uint16), state values that follow (float32)."""
@@ -56,6 +57,7 @@ class LiveFeed:
                 stderr=log,
                 start_new_session=os.name != "nt",
             )
+        step_back(self._process.pid)
         if self._process.stdin is None:
             raise RuntimeError("the live view has no standard input")
         self._pipe = self._process.stdin

@@ -6,7 +6,6 @@ again what it computes on the robot. When the trial is over, the whole of it is 
 
 from __future__ import annotations
 
-import contextlib
 import os
 import select
 import sys
@@ -26,7 +25,6 @@ from sceann_hil.recording.source import RunSource
 from sceann_hil.recording.trial import RecordedTrial, recording_id
 from sceann_hil.robot import EndReason, Trace
 
-NICENESS = 15
 FRAME_S = 0.1
 """Steps are sent to the viewer so often."""
 _SLOW_BYTES = 4096
@@ -91,19 +89,9 @@ class LiveTrial:
         if self._sensors:
             states = np.array([*self._states, self._states[-1]], np.float32)
             trace = Trace(states, np.array(self._sensors), np.array(self._u), np.array(self._x))
-            row = self.row
-            trial = RecordedTrial(
-                id=row.id,
-                generation=row.generation,
-                individual=row.individual,
-                trial=row.trial,
-                attempt=row.attempt,
-                fitness=row.fitness,
-                end_reason=row.end_reason or EndReason.TIME_UP,
-                champion=False,
-                weights=self._weights,
-                trace=trace,
-            )
+            # how it ended is hardly ever in the journal when it begins here
+            reason = self.row.end_reason or EndReason.TIME_UP
+            trial = RecordedTrial.of(self.row, reason, trace, self._weights, champion=False)
             self._stream.send_chunks(list(chunks.trial_chunks(self._run, trial, full=True)))
         self._stream.flush()
         self._stream.disconnect()
@@ -135,9 +123,6 @@ def records(descriptor: int) -> Iterator[tuple[FeedKind, int, int, bytes, int] |
 
 def main() -> int:
     """Show trials until the pipe ends."""
-    # whatever the viewer needs comes after the loop that drives a robot
-    with contextlib.suppress(OSError, AttributeError):
-        os.nice(NICENESS)
     run_dir, target = Path(sys.argv[1]), sys.argv[2]
     source = RunSource(run_dir)
     trial: LiveTrial | None = None

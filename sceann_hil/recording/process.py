@@ -105,7 +105,7 @@ class RecorderProcess:
                 stderr=log,
                 start_new_session=os.name != "nt",
             )
-        _step_back(self._process.pid)
+        step_back(self._process.pid)
 
     def poll(self) -> RecorderStatus:
         """How far it is."""
@@ -144,7 +144,7 @@ class RecorderProcess:
             self._process.wait()
 
 
-def _step_back(process: int) -> None:
+def step_back(process: int) -> None:
     """Let a process run on what others leave over, from its first moment on, as far as the system knows how."""
     with contextlib.suppress(OSError, AttributeError):
         os.setpriority(os.PRIO_PROCESS, process, 19)

@@ -181,18 +181,7 @@ class RunSource:
 def _recorded(row: AttemptRow, trace: Trace, weights: Weights, champion: int) -> RecordedTrial:
     if row.end_reason is None:
         raise ValueError(f"trial {row.id}: expected one with a result")
-    return RecordedTrial(
-        id=row.id,
-        generation=row.generation,
-        individual=row.individual,
-        trial=row.trial,
-        attempt=row.attempt,
-        fitness=row.fitness,
-        end_reason=row.end_reason,
-        champion=row.individual == champion,
-        weights=weights[row.individual],
-        trace=trace,
-    )
+    return RecordedTrial.of(row, row.end_reason, trace, weights[row.individual], champion=row.individual == champion)
 
 
 _BATCH = 1000

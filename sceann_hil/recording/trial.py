@@ -6,8 +6,10 @@ import math
 import re
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Self
 
 from sceann_hil.coding import NetworkSize, Weights
+from sceann_hil.journal import AttemptRow
 from sceann_hil.robot import EndReason, Trace
 from sceann_hil.scenery import ArenaScenery, CartPoleScenery, Scenery
 
@@ -90,6 +92,22 @@ class RecordedTrial:
     champion: bool
     weights: Weights
     trace: Trace
+
+    @classmethod
+    def of(cls, row: AttemptRow, end_reason: EndReason, trace: Trace, weights: Weights, *, champion: bool) -> Self:
+        """An attempt of the journal, with its network and what happened."""
+        return cls(
+            id=row.id,
+            generation=row.generation,
+            individual=row.individual,
+            trial=row.trial,
+            attempt=row.attempt,
+            fitness=row.fitness,
+            end_reason=end_reason,
+            champion=champion,
+            weights=weights,
+            trace=trace,
+        )
 
     @property
     def steps(self) -> int:
