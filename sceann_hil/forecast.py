@@ -81,19 +81,13 @@ class Forecast:
         self._costs = dict(before)
         self._generation = max(self._costs, default=0)
         self._todo = trials_per_generation
-        self._per_generation = {number: self._size(number) for number in self._costs}
 
     def begin(self, generation: int, todo: int) -> None:
         """A generation begins, of which `todo` trials are still to be run."""
-        if generation != self._generation and self._generation in self._per_generation:
-            # races may have needed fewer than were to do
-            self._per_generation[self._generation] = self._size(self._generation)
         self._generation, self._todo = generation, todo
-        # a resumed generation is as large as any other, although little of it may be left
-        self._per_generation[generation] = max(todo, self._size(generation, todo))
 
     def _size(self, generation: int, todo: int = 0) -> int:
-        """Trials of a generation in all, as far as attempts tell."""
+        """Trials of a generation in all, as far as attempts tell: races may need fewer than were to do."""
         done = self._costs[generation].attempts if generation in self._costs else 0
         return min(done + todo, self._trials_per_generation)
 
@@ -137,25 +131,26 @@ class Forecast:
 
     def _trials_to_come(self) -> NDArray[np.float64]:
         """Trials of this generation and of every later one, if those need as many as the newest finished ones."""
-        finished = [trials for number, trials in self._per_generation.items() if number != self._generation]
-        this = self._per_generation.get(self._generation, self._trials_per_generation)
-        recent = finished[-RECENT_GENERATIONS:] or [this]
+        finished = range(max(0, self._generation - RECENT_GENERATIONS), self._generation)
+        # a resumed generation is as large as any other, although little of it may be left
+        recent = [self._size(number) for number in finished] or [self._size(self._generation, self._todo)]
         later = max(0, self._generations - self._generation)
         return np.concatenate([[self._todo], np.full(later, np.mean(recent))])
 
-    def _recent(self) -> list[Cost]:
-        return [cost for _, cost in sorted(self._costs.items()) if cost.attempts][-RECENT_GENERATIONS:]
+    def _measured(self) -> list[tuple[int, Cost]]:
+        """Generations with attempts, in order."""
+        return [(number, cost) for number, cost in sorted(self._costs.items()) if cost.attempts]
 
     def _besides_s(self) -> float:
-        recent = self._recent()
+        recent = [cost for _, cost in self._measured()[-RECENT_GENERATIONS:]]
         return sum(cost.besides_s for cost in recent) / max(1, sum(cost.attempts for cost in recent))
 
     def _trial_s(self, generations: NDArray[np.int64]) -> NDArray[np.float64]:
         """Expected robot time of a trial of each of these generations, which are still to come."""
-        measured = [(number, cost) for number, cost in sorted(self._costs.items()) if cost.attempts]
+        measured = self._measured()
         if not measured:
             return np.full(len(generations), self._longest_trial_s)
-        recent = self._recent()
+        recent = [cost for _, cost in measured[-RECENT_GENERATIONS:]]
         recent_s = sum(cost.robot_s for cost in recent) / sum(cost.attempts for cost in recent)
         if len(measured) <= LEAST_GENERATIONS:
             return np.full(len(generations), recent_s)
@@ -169,7 +164,7 @@ class Forecast:
 
     def text(self, left: Amounts, battery_per_trial: float = 0.0) -> str:
         """For people: when the run ends, or its budget before it."""
-        if not any(cost.attempts for cost in self._costs.values()):
+        if not self._measured():
             return ""
         end = self.ending(left, battery_per_trial)
         told = f"{'budget' if end.by_budget else 'run'} ends in about {duration_text(end.wall_s)}"
