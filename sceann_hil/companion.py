@@ -48,14 +48,7 @@ class Companion(Protocol):
 
 
 class Alone:
-    """Nobody has a say, but `stop` is asked before every batch.
-
-    Args:
-        stop: True ends the evaluation with `Stopped`.
-    """
-
-    def __init__(self, stop: Callable[[], bool] = lambda: False) -> None:
-        self._stop = stop
+    """Nobody has a say."""
 
     def begin(self, generation: int, todo: int, total: int) -> None:
         """Nothing to say."""
@@ -64,11 +57,30 @@ class Alone:
         return wanted
 
     def ready(self, generation: int, slots: Slots) -> bool:
-        if self._stop():
-            raise Stopped
         return True
 
     def attend(
         self, generation: int, slots: Slots, trials: Trials, run: Callable[[Trials], Results], task: Task
     ) -> Attended:
         return Attended(run(trials))
+
+
+class Stoppable:
+    """A companion beside whom somebody may stop the run.
+
+    Args:
+        companion: who else has a say.
+        stop: asked before every batch; True ends the evaluation with `Stopped`.
+    """
+
+    def __init__(self, companion: Companion, stop: Callable[[], bool]) -> None:
+        self._companion = companion
+        self._stop = stop
+        self.begin = companion.begin
+        self.room = companion.room
+        self.attend = companion.attend
+
+    def ready(self, generation: int, slots: Slots) -> bool:
+        if self._stop():
+            raise Stopped
+        return self._companion.ready(generation, slots)

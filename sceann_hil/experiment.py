@@ -24,14 +24,14 @@ from typing import Any, Self
 
 from sceann_hil.ancestor import Ancestor
 from sceann_hil.budget import Amounts, Meter
-from sceann_hil.companion import Companion
+from sceann_hil.companion import Stoppable
 from sceann_hil.config import ExperimentConfig, dump_config, parse_config
 from sceann_hil.drift import ReferenceRuns
 from sceann_hil.errors import RunExists
 from sceann_hil.evaluator import Evaluator, Phenotype
 from sceann_hil.evolution import Algorithm, State
 from sceann_hil.forecast import Cost, Forecast
-from sceann_hil.journal import JOURNAL_NAME, LOCK_NAME, GenerationRow, IndividualRow, Journal, RunLock, Slots
+from sceann_hil.journal import JOURNAL_NAME, LOCK_NAME, GenerationRow, IndividualRow, Journal, RunLock, SpentRow
 from sceann_hil.operators import Desk
 from sceann_hil.recording import RecordingPaths
 from sceann_hil.robot import Robot
@@ -190,7 +190,7 @@ class Experiment:
             robot,
             self.config.seed,
             self.journal,
-            _Stoppable(supervisor, lambda: stop() is StopRequest.NOW),
+            Stoppable(supervisor, lambda: stop() is StopRequest.NOW),
             self.config.saving,
         )
         begun = self.journal.reader.last_generation() is not None
@@ -255,12 +255,8 @@ class Experiment:
         """
         if not more:
             return None
-        spent = self._spent()
+        spent = _amounts(self.journal.reader.spent())
         return replace(self._limits(), **{name: getattr(spent, name) + amount for name, amount in more.items()})
-
-    def _spent(self) -> Amounts:
-        row = self.journal.reader.spent()
-        return Amounts(row.robot_s, row.wall_s, float(row.trials), row.battery_charges)
 
     def _limits(self) -> Amounts:
         """Of the newest session, or of the configuration."""
@@ -276,8 +272,9 @@ class Experiment:
         trials = config.algorithm.population * task.n_trials
         before = [(row[0], Cost(*row[1:])) for row in reader.costs()]
         forecast = Forecast(task, config.algorithm.generations, trials, longest_trial_s, before)
+        spent = reader.spent()
         # trials that are not settled are counted when they are
-        meter = Meter(limits, self._spent() - Amounts(trials=reader.spent().unsettled), longest_trial_s)
+        meter = Meter(limits, _amounts(spent) - Amounts(trials=spent.unsettled), longest_trial_s)
         reference = ReferenceRuns(config.reference, self.phenotype, task, robot, config.seed, self.journal)
         finite = {name: None if value == float("inf") else value for name, value in asdict(limits).items()}
         operators = config.operator.resolved(attended=robot.spec.attended)
@@ -338,20 +335,8 @@ class Experiment:
         return Progress(row, self.config.algorithm.generations, trials, champion)
 
 
-class _Stoppable:
-    """A companion that the command line can stop."""
-
-    def __init__(self, companion: Companion, stop: Callable[[], bool]) -> None:
-        self._companion = companion
-        self._stop = stop
-        self.begin = companion.begin
-        self.room = companion.room
-        self.attend = companion.attend
-
-    def ready(self, generation: int, slots: Slots) -> bool:
-        if self._stop():
-            raise Stopped
-        return self._companion.ready(generation, slots)
+def _amounts(spent: SpentRow) -> Amounts:
+    return Amounts(spent.robot_s, spent.wall_s, float(spent.trials), spent.battery_charges)
 
 
 def _is_free(directory: Path) -> bool:

@@ -6,16 +6,8 @@ second writer away.
 
 from sceann_hil.journal.entries import Circumstances, FirstGeneration, Slots
 from sceann_hil.journal.lock import LOCK_NAME, RunLock
-from sceann_hil.journal.reader import (
-    AttemptRow,
-    GenerationRow,
-    IndividualRow,
-    JournalReader,
-    ReferenceRow,
-    RunRow,
-    SpentRow,
-    trial_arrays,
-)
+from sceann_hil.journal.reader import JournalReader, trial_arrays
+from sceann_hil.journal.rows import AttemptRow, GenerationRow, IndividualRow, ReferenceRow, RunRow, SpentRow
 from sceann_hil.journal.schema import JOURNAL_NAME, SCHEMA_VERSION
 from sceann_hil.journal.writer import Journal
 
