@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from sceann_hil.controller import ONE, Controller, quantise_sensors, state_hash
 from sceann_hil.durations import Durations
 from sceann_hil.robot import (
+    UNKNOWN_STATE,
     EmergencyStop,
     EndReason,
     LinkError,
@@ -29,7 +30,6 @@ from sceann_hil.robot import (
 OVERRUN_LIMIT = 3
 """Ticks in a row that begin a whole period late before a trial is void."""
 
-_UNKNOWN = np.zeros(0, np.float32)
 _VOID: tuple[tuple[type[Exception], EndReason], ...] = (
     (LinkError, EndReason.LINK_LOST),
     (TrialVoid, EndReason.OPERATOR),
@@ -166,7 +166,7 @@ class SteppedRobot(Robot):
                 self.drive(motors.astype(np.float64) / ONE)
                 u[step], x[step] = controller.u, controller.x
                 if self._observer is not None:
-                    self._observer.step(step, sensors[step], _UNKNOWN)
+                    self._observer.step(step, sensors[step], UNKNOWN_STATE)
                 step += 1
                 end = self._interrupted or self.ended()
             if end is None and self.paced:

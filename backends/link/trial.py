@@ -13,10 +13,8 @@ from backends.link.line import Incoming
 from backends.link.messages import End, Event, Heartbeat, LinkEnd, start_arguments, unpack_drive, unpack_sensors
 from backends.link.session import Refused, RobotLink
 from sceann_hil.firmware.vocabulary import SENSORS_PER_PAGE, EventCode, Function, Mode, Op, State, Status, Telemetry
-from sceann_hil.robot import EndReason, LinkError, TrialObserver
+from sceann_hil.robot import UNKNOWN_STATE, EndReason, LinkError, TrialObserver
 
-UNKNOWN = np.zeros(0, np.float32)
-"""The state of a body that nobody knows."""
 SILENCE_S = 1.0
 """A robot that was not heard for so long during a trial is lost; by then it has stopped by itself."""
 
@@ -142,7 +140,7 @@ class Follower:
         self.heard_s[tick] = time.monotonic()
         self.newest = max(self.newest, tick)
         if self._observer is not None:
-            self._observer.step(tick, self.sensors[tick], UNKNOWN)
+            self._observer.step(tick, self.sensors[tick], UNKNOWN_STATE)
         if self._watch is not None and self.task_end is None:
             reason = self._watch(self.sensors[tick])
             if reason is not None:

@@ -9,12 +9,13 @@ asks which it has: it reads the robot's `RobotSpec`.
 * `end_reasons`: why a trial ended, and the errors that a robot raises.
 """
 
-from sceann_hil.robot.abstract import Robot, TrialObserver
+from sceann_hil.robot.abstract import UNKNOWN_STATE, Robot, TrialObserver
 from sceann_hil.robot.end_reasons import EmergencyStop, EndReason, LinkError, RobotError, RobotFault, TrialVoid
 from sceann_hil.robot.facts import GapEstimate, Health, RobotSpec
 from sceann_hil.robot.trials import Results, Trace, Trials
 
 __all__ = [
+    "UNKNOWN_STATE",
     "EmergencyStop",
     "EndReason",
     "GapEstimate",

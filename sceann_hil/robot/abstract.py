@@ -17,6 +17,9 @@ from sceann_hil.robot.facts import GapEstimate, Health, RobotSpec
 from sceann_hil.robot.trials import Results, Trace, Trials
 from sceann_hil.scenery import Scenery
 
+UNKNOWN_STATE = np.zeros(0, np.float32)
+"""The state of a body that nobody knows."""
+
 
 class TrialObserver(Protocol):
     """Somebody who watches trials while they run. No method waits or raises."""
