@@ -13,12 +13,13 @@ from typing import Any
 
 import numpy as np
 from figures import Figure
+from many_runs import run_trials
 from numpy.typing import NDArray
 
 from sceann_hil.budget import Amounts
 from sceann_hil.config import ExperimentConfig, load_config
 from sceann_hil.forecast import Forecast
-from sceann_hil.robot import Robot, Trials
+from sceann_hil.robot import Robot
 from sceann_hil.seeds import Purpose, generator, keys
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -98,19 +99,9 @@ def _durations(config: ExperimentConfig, robot: Robot) -> NDArray[np.float64]:
     run_, individual, trial = (axis.ravel() for axis in np.indices((RUNS, population, task.n_trials)))
     durations = []
     for number in range(config.algorithm.generations + 1):
-        genomes = np.concatenate([state.genomes for state in states])
-        results = robot.run(
-            Trials(
-                size=config.size,
-                dynamics=config.controller.dynamics,
-                weights=config.controller.coding.decode(genomes, config.size),
-                genome_index=(run_ * population + individual).astype(np.int32),
-                starts=task.starts[trial],
-                keys=keys(1, Purpose.TRIAL, number, run_, individual, trial),
-                max_steps=task.max_steps,
-                ids=np.arange(run_.size),
-            )
-        )
+        genomes = np.stack([state.genomes for state in states])
+        key = keys(1, Purpose.TRIAL, number, run_, individual, trial)
+        results = run_trials(config, robot, genomes, run_, individual, trial, key)
         durations.append(results.durations_s.reshape(RUNS, -1))
         fitness = task.fitness(results).reshape(RUNS, population, task.n_trials).mean(axis=2)
         states = [

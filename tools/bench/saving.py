@@ -13,10 +13,11 @@ from typing import Any
 
 import numpy as np
 from figures import Figure
+from many_runs import run_trials
 from numpy.typing import NDArray
 
 from sceann_hil.config import ExperimentConfig, load_config
-from sceann_hil.robot import Robot, Trials
+from sceann_hil.robot import Robot
 from sceann_hil.saving import Pool, Racing, SavingConfig, raced_fitness, rounds, still_open
 from sceann_hil.seeds import Purpose, generator, keys
 
@@ -135,9 +136,10 @@ def _evolve(config: ExperimentConfig, robot: Robot, saving: SavingConfig) -> Out
             run_, individual, trial = np.nonzero(asked & wanted & is_open[:, :, None])
             if len(run_):
                 key = keys(np.array(seeds, np.uint64)[run_], Purpose.TRIAL, number, individual, trial, 0)
-                fitness, took_s = _run(config, robot, genomes, run_, individual, trial, key)
+                results = run_trials(config, robot, genomes, run_, individual, trial, key)
+                fitness = task.fitness(results)
                 values[run_, individual, trial] = fitness
-                np.add.at(spent, run_, took_s)
+                np.add.at(spent, run_, results.durations_s)
                 for r, i, t, value in zip(run_, individual, trial, fitness.tolist(), strict=True):
                     pool = pools[r]
                     if pool is not None:
@@ -165,38 +167,11 @@ def _known(pool: Pool | None, genomes: NDArray[np.uint8], values: NDArray[np.flo
     return values.copy() if pool is None else pool.means(genomes)[0]
 
 
-def _run(
-    config: ExperimentConfig,
-    robot: Robot,
-    genomes: NDArray[np.uint8],
-    run: NDArray[np.intp],
-    individual: NDArray[np.intp],
-    trial: NDArray[np.intp],
-    key: NDArray[np.uint64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Fitness and robot time of some trials of all runs."""
-    task, population = config.task.build(), genomes.shape[1]
-    flat = genomes.reshape(-1, genomes.shape[-1])
-    results = robot.run(
-        Trials(
-            size=config.size,
-            dynamics=config.controller.dynamics,
-            weights=config.controller.coding.decode(flat, config.size),
-            genome_index=(run * population + individual).astype(np.int32),
-            starts=task.starts[trial],
-            keys=key,
-            max_steps=task.max_steps,
-            ids=np.arange(len(run)),
-        )
-    )
-    return task.fitness(results), results.durations_s
-
-
 def _tested(config: ExperimentConfig, robot: Robot, best: NDArray[np.uint8], generation: int) -> NDArray[np.float64]:
     """Fitness of each run's best on fresh trials, shape ``(r,)``."""
-    n_trials = config.task.build().n_trials
+    task = config.task.build()
     n_fresh = 1 if robot.spec.noise_free else FRESH
-    run, fresh, trial = (a.ravel() for a in np.indices((RUNS, n_fresh, n_trials)))
+    run, fresh, trial = (a.ravel() for a in np.indices((RUNS, n_fresh, task.n_trials)))
     key = keys(7, Purpose.REPEAT, generation, run, fresh, trial)
-    fitness, _ = _run(config, robot, best[:, None], run, np.zeros_like(run), trial, key)
-    return fitness.reshape(RUNS, -1).mean(axis=1)
+    results = run_trials(config, robot, best[:, None], run, np.zeros_like(run), trial, key)
+    return task.fitness(results).reshape(RUNS, -1).mean(axis=1)

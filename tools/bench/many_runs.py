@@ -1,0 +1,45 @@
+"""Trials of many runs that are evolved side by side, in one robot call."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sceann_hil.coding import Bits
+from sceann_hil.config import ExperimentConfig
+from sceann_hil.robot import Results, Robot, Trials
+
+
+def run_trials(
+    config: ExperimentConfig,
+    robot: Robot,
+    genomes: Bits,
+    run: NDArray[np.intp],
+    individual: NDArray[np.intp],
+    trial: NDArray[np.intp],
+    key: NDArray[np.uint64],
+) -> Results:
+    """Some trials of all runs.
+
+    Args:
+        config: of every run.
+        robot: connected.
+        genomes: bits, shape ``(runs, population, L)``.
+        run: of each trial, shape ``(n,)``.
+        individual: of each trial, shape ``(n,)``.
+        trial: number of the task's trial, shape ``(n,)``.
+        key: of the noise, shape ``(n,)``.
+    """
+    task = config.task.build()
+    return robot.run(
+        Trials(
+            size=config.size,
+            dynamics=config.controller.dynamics,
+            weights=config.controller.coding.decode(genomes.reshape(-1, genomes.shape[-1]), config.size),
+            genome_index=(run * genomes.shape[1] + individual).astype(np.int32),
+            starts=task.starts[trial],
+            keys=key,
+            max_steps=task.max_steps,
+            ids=np.arange(len(run)),
+        )
+    )
