@@ -14,12 +14,12 @@ from backends.simulation.engine import SimulatedRobot
 from backends.simulation.gap import Gap
 from backends.simulation.lanes import RUNNING
 from backends.simulation.maths import cosine, sine
-from backends.simulation.neurons import LANES
 from backends.simulation.settings import GapConfig
-from sceann_hil.compiled import compiled_part
+from sceann_hil.network.compiled import compiled_part
+from sceann_hil.network.neurons import LANES
 from sceann_hil.plugins import RobotConfig
 from sceann_hil.robot import EndReason, RobotSpec
-from sceann_hil.scenery import CartPoleScenery
+from sceann_hil.robot.scenery import CartPoleScenery
 
 GRAVITY_M_S2 = 9.8
 CART_KG = 1.0

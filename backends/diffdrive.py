@@ -18,12 +18,12 @@ from backends.simulation.engine import SimulatedRobot
 from backends.simulation.gap import Gap
 from backends.simulation.lanes import RUNNING
 from backends.simulation.maths import arctangent2, cosine, sine, wrap_angle
-from backends.simulation.neurons import LANES
 from backends.simulation.settings import GapConfig
-from sceann_hil.compiled import compiled_part
+from sceann_hil.network.compiled import compiled_part
+from sceann_hil.network.neurons import LANES
 from sceann_hil.plugins import Misfit, RobotConfig
 from sceann_hil.robot import EndReason, RobotSpec
-from sceann_hil.scenery import ArenaScenery
+from sceann_hil.robot.scenery import ArenaScenery
 
 _F = np.float32
 _GOAL = int(EndReason.GOAL)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from sceann_hil.plugins import RobotConfig
 from sceann_hil.robot import EndReason, LinkError, RobotSpec
-from sceann_hil.stepped import SteppedRobot
+from sceann_hil.robot.stepped import SteppedRobot
 
 SPEC = RobotSpec("light seeker", 3, 2, 0.05, ("x_m", "y_m", "heading_rad"), (), True, 1, repeatable=False)
 

@@ -19,7 +19,7 @@ from pydantic import BaseModel, ConfigDict
 if TYPE_CHECKING:
     from sceann_hil.evolution.algorithm import Algorithm
     from sceann_hil.robot import Robot, RobotSpec
-    from sceann_hil.task import Task
+    from sceann_hil.robot.task import Task
 
 
 class Section(BaseModel):

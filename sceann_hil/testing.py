@@ -15,8 +15,8 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from sceann_hil.coding import NetworkSize
-from sceann_hil.controller import Controller, Dynamics, state_hash
+from sceann_hil.network.coding import NetworkSize
+from sceann_hil.network.controller import Controller, Dynamics, state_hash
 from sceann_hil.plugins import RobotConfig
 from sceann_hil.robot import EndReason, Health, Results, Robot, RobotError, Trace, Trials
 

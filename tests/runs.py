@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from sceann_hil.config import ExperimentConfig, parse_config
-from sceann_hil.experiment import Experiment, Outcome
 from sceann_hil.journal import JOURNAL_NAME
+from sceann_hil.run.experiment import Experiment, Outcome
 
 POLE = """
 task: {type: pole_balancing, max_steps: 300}

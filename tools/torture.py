@@ -23,12 +23,12 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from backends.emulation.cable import Cable, LineFaults
-from backends.emulation.posix import PosixBoard
+from backends.virtual.cable import Cable, LineFaults
 from sceann_hil.config import parse_config
 from sceann_hil.errors import NotARun, as_user_error
-from sceann_hil.experiment import Experiment, Outcome
+from sceann_hil.firmware.emulated.posix import PosixBoard
 from sceann_hil.journal import JOURNAL_NAME
+from sceann_hil.run.experiment import Experiment, Outcome
 
 POPULATION = 20
 PEACE_S = (0.05, 0.8)

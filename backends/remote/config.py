@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self
 from can import Bus, BusABC
 from pydantic import Field, SerializeAsAny, ValidationError, field_validator, model_validator
 
-import backends.link.serial_bus as serial_bus
+import sceann_hil.link.serial_bus as serial_bus
 from backends.remote.connection import RemoteSettings
 from backends.remote.ends import SensorEnd, SensorWatch, TaskEnd
 from backends.remote.robot import RemoteRobot
@@ -18,7 +18,7 @@ from backends.simulation.engine import SimulatedRobot
 from sceann_hil import registry
 from sceann_hil.errors import PluginError
 from sceann_hil.firmware.build import Board
-from sceann_hil.firmware.vocabulary import MAX_MOTORS, MAX_SENSORS, Mode
+from sceann_hil.link.vocabulary import MAX_MOTORS, MAX_SENSORS, Mode
 from sceann_hil.plugins import Misfit, RobotConfig, Section
 from sceann_hil.registry import Group
 from sceann_hil.robot import EndReason, RobotSpec
@@ -174,7 +174,7 @@ class RemoteConfig(RobotConfig):
     @contextmanager
     def on_virtual_board(self, body: RobotConfig) -> Iterator[RobotConfig]:
         # emulators are needed for this only
-        from backends.emulation.power import switch_on
+        from backends.virtual.power import switch_on
 
         with switch_on(Board.POSIX, body) as virtual:
             lead = RemoteConfig.model_validate_json(json.dumps(virtual.section(self.mode)))

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import can
 
-from backends.link.session import Refused, RobotLink
-from backends.link.upload import upload
-from sceann_hil.firmware.descriptor import Capability, Descriptor
-from sceann_hil.firmware.vocabulary import Mode, Op, State, Status
+from sceann_hil.link.descriptor import Capability, Descriptor
+from sceann_hil.link.session import Refused, RobotLink
+from sceann_hil.link.upload import upload
+from sceann_hil.link.vocabulary import Mode, Op, State, Status
 from sceann_hil.robot import EmergencyStop, EndReason, LinkError, RobotFault, RobotSpec, Trials
 
 OPENING_S = 0.2

@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from serial.tools import list_ports
 
-from backends.link.messages import LinkEnd, pack_drive, start_arguments, unpack_sensors
-from backends.link.session import NoAnswer, Refused, RobotLink
-from backends.link.statistics import LinkStatistics
-from backends.link.trial import Order, begin
-from backends.link.upload import upload
-from sceann_hil.coding import NetworkSize
-from sceann_hil.controller import ONE, SENSOR_MAX, Dynamics
-from sceann_hil.diagnosis import Finding, Verdict
-from sceann_hil.durations import Durations
-from sceann_hil.firmware.descriptor import Capability, Descriptor
-from sceann_hil.firmware.vocabulary import Function, Mode, Op, State, Status, Telemetry
+from sceann_hil.link.descriptor import Capability, Descriptor
+from sceann_hil.link.messages import LinkEnd, pack_drive, start_arguments, unpack_sensors
+from sceann_hil.link.session import NoAnswer, Refused, RobotLink
+from sceann_hil.link.statistics import LinkStatistics
+from sceann_hil.link.trial import Order, begin
+from sceann_hil.link.upload import upload
+from sceann_hil.link.vocabulary import Function, Mode, Op, State, Status, Telemetry
+from sceann_hil.network.coding import NetworkSize
+from sceann_hil.network.controller import ONE, SENSOR_MAX, Dynamics
 from sceann_hil.robot import LinkError, RobotError
+from sceann_hil.robot.diagnosis import Finding, Verdict
+from sceann_hil.robot.durations import Durations
 
 if TYPE_CHECKING:
     from backends.remote.robot import RemoteRobot

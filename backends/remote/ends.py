@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from sceann_hil.controller import SENSOR_MAX
+from sceann_hil.network.controller import SENSOR_MAX
 from sceann_hil.plugins import Misfit, Section
 from sceann_hil.robot import EndReason
 

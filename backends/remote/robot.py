@@ -9,25 +9,23 @@ import can
 import numpy as np
 from numpy.typing import NDArray
 
-from backends.link.lockstep import run_lockstep
-from backends.link.messages import LinkEnd
-from backends.link.onboard import run_onboard
-from backends.link.session import Refused, RobotLink
-from backends.link.statistics import lateness_s
-from backends.link.tethered import run_tethered
-from backends.link.trial import Follower, Order, TrialLost, Watch
 from backends.remote import rig
 from backends.remote.connection import Connection, RemoteSettings
 from backends.remote.doctor import examine
 from backends.remote.verdict import end_reason, ended, first_difference, result
 from backends.simulation.engine import SimulatedRobot
-from backends.simulation.recompute import recompute
 from backends.simulation.stepwise import StepwiseBody
-from sceann_hil.controller import Controller
-from sceann_hil.diagnosis import Finding
-from sceann_hil.durations import Durations
-from sceann_hil.firmware.descriptor import Descriptor
-from sceann_hil.firmware.vocabulary import Mode, State, Status
+from sceann_hil.link.descriptor import Descriptor
+from sceann_hil.link.lockstep import run_lockstep
+from sceann_hil.link.messages import LinkEnd
+from sceann_hil.link.onboard import run_onboard
+from sceann_hil.link.session import Refused, RobotLink
+from sceann_hil.link.statistics import lateness_s
+from sceann_hil.link.tethered import run_tethered
+from sceann_hil.link.trial import Follower, Order, TrialLost, Watch
+from sceann_hil.link.vocabulary import Mode, State, Status
+from sceann_hil.network.controller import Controller
+from sceann_hil.network.recompute import recompute
 from sceann_hil.robot import (
     EndReason,
     Health,
@@ -39,7 +37,9 @@ from sceann_hil.robot import (
     TrialObserver,
     Trials,
 )
-from sceann_hil.scenery import Scenery
+from sceann_hil.robot.diagnosis import Finding
+from sceann_hil.robot.durations import Durations
+from sceann_hil.robot.scenery import Scenery
 
 
 class RemoteRobot(Robot):

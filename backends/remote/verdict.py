@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from backends.link.messages import LinkEnd
-from backends.link.trial import Follower, TrialLost
-from backends.simulation.recompute import Neurons
+from sceann_hil.link.messages import LinkEnd
+from sceann_hil.link.trial import Follower, TrialLost
+from sceann_hil.network.recompute import Neurons
 from sceann_hil.robot import EndReason, Results, Trace
 
 _VOID = {

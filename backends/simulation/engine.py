@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from backends.simulation.gap import Gap
 from backends.simulation.lanes import Advance, Sense, bind
-from backends.simulation.neurons import LANES
-from sceann_hil.coding import NetworkSize
-from sceann_hil.controller import Neuron
+from sceann_hil.network.coding import NetworkSize
+from sceann_hil.network.controller import Neuron
+from sceann_hil.network.neurons import LANES
 from sceann_hil.robot import GapEstimate, Results, Robot, Trace, Trials
 
 _SMALLEST_SHARE = LANES

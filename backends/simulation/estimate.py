@@ -15,7 +15,7 @@ from scipy.optimize import minimize_scalar
 
 from backends.simulation.engine import SimulatedRobot
 from backends.simulation.stepwise import StepwiseBody
-from sceann_hil.controller import ONE, SENSOR_MAX
+from sceann_hil.network.controller import ONE, SENSOR_MAX
 from sceann_hil.robot import GapEstimate, Trace
 
 WINDOW_STEPS = 40

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from backends.simulation.neurons import LANES
 from backends.simulation.noise import CHANNELS, normal_pair
-from sceann_hil.compiled import compiled_part
+from sceann_hil.network.compiled import compiled_part
+from sceann_hil.network.neurons import LANES
 from sceann_hil.seeds import uniforms
 
 _F = np.float32

@@ -22,9 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from backends.simulation.gap import GAP_FIXED, MAX_LATENCY_STEPS, apply_motor_gap, apply_sensor_gap
-from backends.simulation.neurons import LANES, update_hashes, update_outputs, update_states
 from backends.simulation.noise import CHANNELS, normal_pair
-from sceann_hil.compiled import compiled, compiled_part
+from sceann_hil.network.compiled import compiled, compiled_part
+from sceann_hil.network.neurons import LANES, update_hashes, update_outputs, update_states
 from sceann_hil.robot import EndReason
 
 RUNNING = -1

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from backends.simulation.maths import TWO_PI, cosine, logarithm_of_mantissa, sine
-from sceann_hil.compiled import compiled_part
+from sceann_hil.network.compiled import compiled_part
 
 _F = np.float32
 _U = np.uint32

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from backends.simulation.engine import SimulatedRobot
 from backends.simulation.gap import GAP_FIXED, MAX_LATENCY_STEPS, apply_motor_gap, apply_sensor_gap
 from backends.simulation.lanes import RUNNING, WORK_ROWS, Advance, Sense, fill_normals
-from backends.simulation.neurons import LANES
-from sceann_hil.compiled import compiled
-from sceann_hil.controller import ONE
+from sceann_hil.network.compiled import compiled
+from sceann_hil.network.controller import ONE
+from sceann_hil.network.neurons import LANES
 from sceann_hil.robot import EndReason
 
 _F = np.float32

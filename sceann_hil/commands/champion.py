@@ -11,13 +11,13 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from sceann_hil.coding import genome_from_hex
 from sceann_hil.commands.arguments import AsJson, print_json
 from sceann_hil.config import ExperimentConfig, parse_config
 from sceann_hil.errors import NotARun
 from sceann_hil.journal import JournalReader
-from sceann_hil.robustness import Robustness, measure
+from sceann_hil.network.coding import genome_from_hex
 from sceann_hil.study import STUDY_NAME, StudyReader
+from sceann_hil.study.robustness import Robustness, measure
 
 _MOST_CANDIDATES = 200
 

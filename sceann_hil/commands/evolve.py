@@ -16,7 +16,6 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from sceann_hil.ancestor import Ancestor, Take
 from sceann_hil.commands.arguments import (
     AsJson,
     BudgetRobot,
@@ -36,8 +35,9 @@ from sceann_hil.commands.progress import show_progress
 from sceann_hil.commands.recording import Live, Record, RecordChoice, recorded, watched_live
 from sceann_hil.config import dump_config, load_config, parse_config
 from sceann_hil.errors import ExitCode, as_user_error
-from sceann_hil.experiment import Experiment, Outcome, StopRequest
-from sceann_hil.operators.staff import beside
+from sceann_hil.run.ancestor import Ancestor, Take
+from sceann_hil.run.experiment import Experiment, Outcome, StopRequest
+from sceann_hil.supervision.operators.staff import beside
 
 
 def register(app: typer.Typer) -> None:

@@ -15,13 +15,13 @@ from rich.progress import Progress
 from sceann_hil.commands.arguments import AsJson, RunDirectory, print_json
 from sceann_hil.errors import FirmwareBuildFailed, RobotUnreachable, VerifyDiffers
 from sceann_hil.firmware.build import Board, board_named
-from sceann_hil.firmware.client import Line, RobotClient
 from sceann_hil.firmware.flash import OnRobot, flash, flash_genome, plan_flash
 from sceann_hil.firmware.from_run import BEST, load_image, recorded_sensors
 from sceann_hil.firmware.header import Optimize, c_header, checked_name, write_header
-from sceann_hil.firmware.serial_line import BAUD, SerialLine, the_only_port
 from sceann_hil.firmware.verify import random_sequences, verify
 from sceann_hil.journal import JournalReader
+from sceann_hil.link.client import Line, RobotClient
+from sceann_hil.link.serial_line import BAUD, SerialLine, the_only_port
 from sceann_hil.robot import LinkError
 
 Genome = Annotated[str, typer.Option("--genome", metavar="best|ID", help="Which individual.")]
@@ -166,7 +166,7 @@ def _line(board: Board, port: str | None, baud: int) -> AbstractContextManager[L
     if port is not None:
         return SerialLine(port, baud)
     try:
-        from backends.emulation.lines import emulated_line
+        from sceann_hil.firmware.emulated.lines import emulated_line
     except ImportError as error:
         raise FirmwareBuildFailed(f"emulation: {error}", "Install sceann-hil with its backends.") from None
     return emulated_line(board)

@@ -15,12 +15,12 @@ from sceann_hil.commands.arguments import AsJson, OperatorOption, RunDirectory, 
 from sceann_hil.commands.measured import measured
 from sceann_hil.commands.other_robot import with_robot_of
 from sceann_hil.config import ExperimentConfig, dump_config, parse_config
-from sceann_hil.drift import Drift
 from sceann_hil.errors import ConfigError, NotARun
-from sceann_hil.gap_report import GapReport, Spread
 from sceann_hil.journal import IndividualRow, JournalReader
-from sceann_hil.replay import journalled_config
 from sceann_hil.robot import GapEstimate
+from sceann_hil.run.replay import journalled_config
+from sceann_hil.study.gap import GapReport, Spread
+from sceann_hil.supervision.drift import Drift
 from sceann_hil.timespans import duration_text
 
 OnRobot = Annotated[
@@ -59,7 +59,7 @@ def compare(
         estimate = body.estimate_gap(there.starts, there.traces) if there.traces else None
     report = GapReport.of(names, here, there, estimate)
     # drawing takes a second to import
-    from sceann_hil.gap_report import figures
+    from sceann_hil.study.gap import figures
 
     figures.draw_gap(report, here, there, folder / "gap.png")
     figures.draw_trajectories(here, there, folder / "trajectories.png")
@@ -95,7 +95,7 @@ def repeat(
     spread = Spread.of(fitness)
     task = config.task.build()
     differences = [part * (task.best_fitness - task.worst_fitness) for part in (0.02, 0.05, 0.1, 0.2)]
-    from sceann_hil.gap_report import figures
+    from sceann_hil.study.gap import figures
 
     figures.draw_spread(fitness.tolist(), spread, folder / f"individual-{row.id}.png")
     document = {
@@ -137,7 +137,7 @@ def drift(directory: RunDirectory, as_json: AsJson = False) -> None:
         )
     found = Drift.of([row.fitness for row in rows if row.fitness is not None])
     path = _folder(directory, "drift") / "drift.png"
-    from sceann_hil.gap_report import figures
+    from sceann_hil.study.gap import figures
 
     figures.draw_drift(rows, path)
     if as_json:

@@ -11,10 +11,10 @@ from rich.console import Console
 
 from sceann_hil.commands.arguments import AsJson, print_json
 from sceann_hil.config import load_config
-from sceann_hil.diagnosis import Finding, Verdict
 from sceann_hil.errors import ConfigError, RobotIsFaulty
 from sceann_hil.plugins import RobotConfig
 from sceann_hil.robot import Robot
+from sceann_hil.robot.diagnosis import Finding, Verdict
 
 _COLOUR = {Verdict.GOOD: "green", Verdict.BAD: "bold red", Verdict.NOT_DONE: "yellow"}
 

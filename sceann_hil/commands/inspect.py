@@ -13,8 +13,8 @@ from rich.table import Table
 from sceann_hil.commands.arguments import AsJson, RunDirectory, print_json
 from sceann_hil.errors import ReplayDiffers
 from sceann_hil.journal import JournalReader, RunLock
-from sceann_hil.replay import Comparison, journalled_config, replay
-from sceann_hil.tables import export_csv
+from sceann_hil.journal.tables import export_csv
+from sceann_hil.run.replay import Comparison, journalled_config, replay
 
 
 def register(app: typer.Typer) -> None:

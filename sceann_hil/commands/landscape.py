@@ -13,10 +13,10 @@ from rich.table import Table
 
 from sceann_hil.commands.arguments import AsJson, ConfigFile, Overrides, Seed, overrides_of, print_json
 from sceann_hil.commands.study_progress import tell_disk_full, told_when_interrupted
-from sceann_hil.landscape import Summary, analyse, enumerate_landscape
-from sceann_hil.landscape.enumeration import check_enumerable
 from sceann_hil.study import cores, load_conditions
 from sceann_hil.study.condition import Condition
+from sceann_hil.study.landscape import Summary, analyse, enumerate_landscape
+from sceann_hil.study.landscape.enumeration import check_enumerable
 
 
 def register(app: typer.Typer) -> None:

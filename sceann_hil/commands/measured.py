@@ -13,15 +13,15 @@ from typing import Any
 import typer
 from rich.console import Console
 
-from sceann_hil.coding import Bits
 from sceann_hil.commands.progress import show_trials
 from sceann_hil.config import ExperimentConfig
 from sceann_hil.errors import ExitCode, as_user_error
-from sceann_hil.evaluator import Phenotype
-from sceann_hil.gap_report import Measured, Measurement, measure
-from sceann_hil.operators.staff import beside
+from sceann_hil.network.coding import Bits
 from sceann_hil.robot import RobotError
-from sceann_hil.stopping import Stopped
+from sceann_hil.run.evaluator import Phenotype
+from sceann_hil.study.gap import Measured, Measurement, measure
+from sceann_hil.supervision.operators.staff import beside
+from sceann_hil.supervision.stopping import Stopped
 
 TRIALS_NAME = "trials.csv"
 _COLUMNS = ("begun_at", "robot", "genome", "repeat", "trial", "fitness", "steps", "end_reason", "robot_s")

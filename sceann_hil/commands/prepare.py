@@ -11,8 +11,8 @@ from rich.table import Table
 
 from sceann_hil.commands.arguments import AsJson, ConfigFile, Overrides, Seed, overrides_of, print_json
 from sceann_hil.config import load_config, schema_text
-from sceann_hil.plan import PROMPT_S, Plan
 from sceann_hil.registry import Group, available, package_of
+from sceann_hil.run.plan import PROMPT_S, Plan
 from sceann_hil.study import study_schema_text
 
 

@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from sceann_hil.experiment import Progress as RunProgress
-from sceann_hil.gap_report import Measured
+from sceann_hil.run.experiment import Progress as RunProgress
+from sceann_hil.study.gap import Measured
 
 _SECONDS_BETWEEN_LINES = 5.0
 

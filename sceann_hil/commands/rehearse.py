@@ -15,11 +15,11 @@ from sceann_hil.commands.arguments import AsJson, ConfigFile, Overrides, Seed, o
 from sceann_hil.commands.other_robot import with_robot_of
 from sceann_hil.commands.progress import show_progress
 from sceann_hil.config import load_config
-from sceann_hil.experiment import Experiment, Outcome
 from sceann_hil.journal import JournalReader
-from sceann_hil.operators.staff import beside
-from sceann_hil.plan import PROMPT_S
-from sceann_hil.rehearsal import rehearsal
+from sceann_hil.run.experiment import Experiment, Outcome
+from sceann_hil.run.plan import PROMPT_S
+from sceann_hil.run.rehearsal import rehearsal
+from sceann_hil.supervision.operators.staff import beside
 from sceann_hil.timespans import duration_text
 
 

@@ -26,7 +26,9 @@ def report(
 
     Example: sceann report studies
     """
-    from sceann_hil.report import write_report  # Matplotlib and SciPy take a second, and no other command needs them
+    from sceann_hil.study.report import (
+        write_report,  # Matplotlib and SciPy take a second, and no other command needs them
+    )
 
     for path in write_report(directory, out or directory / "report"):
         Console(highlight=False).print(str(path), soft_wrap=True)

@@ -10,15 +10,15 @@ from typing import Annotated, Self
 
 from pydantic import AfterValidator, Field, SerializeAsAny, model_validator
 
-from sceann_hil.budget import BudgetConfig
-from sceann_hil.coding import Coding, NetworkSize
 from sceann_hil.config.problems import shown
-from sceann_hil.controller import ONE, Dynamics, Neuron
-from sceann_hil.drift_settings import ReferenceConfig
-from sceann_hil.operators import OperatorConfig
+from sceann_hil.network.coding import Coding, NetworkSize
+from sceann_hil.network.controller import ONE, Dynamics, Neuron
 from sceann_hil.plugins import AlgorithmConfig, Misfit, RobotConfig, Section, TaskConfig
-from sceann_hil.saving import Racing, SavingConfig
-from sceann_hil.suspenders import SuspendersConfig
+from sceann_hil.supervision.budget import BudgetConfig
+from sceann_hil.supervision.drift_settings import ReferenceConfig
+from sceann_hil.supervision.operators import OperatorConfig
+from sceann_hil.supervision.saving import Racing, SavingConfig
+from sceann_hil.supervision.suspenders import SuspendersConfig
 
 MAX_SEED = 2**63 - 1
 """Largest seed: what the journal's database keeps as an integer."""

@@ -9,7 +9,7 @@ from typing import Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.coding import Bits
+from sceann_hil.network.coding import Bits
 
 
 @dataclass(frozen=True, slots=True)

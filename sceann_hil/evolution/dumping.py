@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.coding import Bits
+from sceann_hil.network.coding import Bits
 
 _HEADER = struct.Struct("<4sHHII")
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from sceann_hil.coding import Bits
 from sceann_hil.evolution.algorithm import Algorithm, StateT
+from sceann_hil.network.coding import Bits
 from sceann_hil.plugins import AlgorithmConfig
 
 MAX_GENOME_LENGTH = 2**15 - 1

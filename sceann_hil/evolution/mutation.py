@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from sceann_hil.compiled import compiled
+from sceann_hil.network.compiled import compiled
 
 NEVER = 2.0**62
 """Farther than any genome reaches, and still an exact int64."""

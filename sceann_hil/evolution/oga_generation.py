@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.coding import Bits
-from sceann_hil.compiled import compiled
 from sceann_hil.evolution.oga_options import Order, Rules, Scope
 from sceann_hil.evolution.operons import connect, divide, renumber
 from sceann_hil.evolution.selection import best_individuals, tournament
 from sceann_hil.evolution.value_lists import choose_groups, delete, duplicate, invert, mutate_values
+from sceann_hil.network.coding import Bits
+from sceann_hil.network.compiled import compiled
 
 _PER_LOCUS = Scope.PER_LOCUS.code
 _STRUCTURE_FIRST = Order.STRUCTURE_FIRST.code

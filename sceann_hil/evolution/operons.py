@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.compiled import compiled
 from sceann_hil.evolution.oga_options import Division, Scope
 from sceann_hil.evolution.selection import pick
+from sceann_hil.network.compiled import compiled
 
 Operons = NDArray[np.int16]
 """Operon label of each locus, shape ``(L,)``."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.compiled import compiled
+from sceann_hil.network.compiled import compiled
 
 
 @compiled

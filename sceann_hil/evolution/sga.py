@@ -11,10 +11,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.coding import Bits
 from sceann_hil.evolution.algorithm import State
 from sceann_hil.evolution.dumping import Header, Reader, checked_parents, pack_bits, read_only
 from sceann_hil.evolution.generational import GenerationalAlgorithm, GenerationalConfig
+from sceann_hil.network.coding import Bits
 
 _VERSION = 1
 

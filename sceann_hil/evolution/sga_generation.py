@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.coding import Bits
-from sceann_hil.compiled import compiled
 from sceann_hil.evolution.mutation import bits_until_flip
 from sceann_hil.evolution.selection import best_individuals, tournament
+from sceann_hil.network.coding import Bits
+from sceann_hil.network.compiled import compiled
 
 
 @compiled

@@ -10,12 +10,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.coding import Bits
-from sceann_hil.compiled import compiled
 from sceann_hil.evolution.mutation import bits_until_flip
 from sceann_hil.evolution.oga_options import BitMutation, Deletion, Duplication, FullList, Inversion, Scope
 from sceann_hil.evolution.operons import random_operon
 from sceann_hil.evolution.selection import pick
+from sceann_hil.network.coding import Bits
+from sceann_hil.network.compiled import compiled
 
 Lengths = NDArray[np.uint8]
 """Number of values of each locus, shape ``(L,)``, 1 to cap."""

@@ -10,11 +10,11 @@ from pathlib import Path
 
 from sceann_hil.errors import FirmwareBuildFailed, FlashFailed, ToolMissing
 from sceann_hil.firmware.build import AVR, TOOLCHAINS, Board, build_board, find_tool
-from sceann_hil.firmware.client import NoAnswer, Refused, RobotClient
-from sceann_hil.firmware.descriptor import Capability, Descriptor
-from sceann_hil.firmware.image import ControllerImage
-from sceann_hil.firmware.serial_line import BAUD, SerialLine, meet
-from sceann_hil.firmware.vocabulary import MAX_MOTORS, MAX_SENSORS, Op, Status
+from sceann_hil.link.client import NoAnswer, Refused, RobotClient
+from sceann_hil.link.descriptor import Capability, Descriptor
+from sceann_hil.link.serial_line import BAUD, SerialLine, meet
+from sceann_hil.link.vocabulary import MAX_MOTORS, MAX_SENSORS, Op, Status
+from sceann_hil.network.image import ControllerImage
 
 UNO_SENSORS = range(1, 7)
 UNO_MOTORS = 2

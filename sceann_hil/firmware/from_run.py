@@ -6,10 +6,10 @@ import shlex
 
 from sceann_hil.config import ExperimentConfig
 from sceann_hil.errors import NotARun
-from sceann_hil.firmware.image import ControllerImage
 from sceann_hil.firmware.verify import Sensors
 from sceann_hil.journal import IndividualRow, JournalReader
-from sceann_hil.replay import journalled_config, journalled_trials
+from sceann_hil.network.image import ControllerImage
+from sceann_hil.run.replay import journalled_config, journalled_trials
 
 BEST = "best"
 

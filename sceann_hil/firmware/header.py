@@ -13,8 +13,6 @@ from pathlib import Path
 
 import numpy as np
 
-from sceann_hil.coding import genome_to_hex
-from sceann_hil.controller import ARITHMETIC_ID, Neuron, sigmoid_table
 from sceann_hil.errors import FirmwareBuildFailed, RunExists
 from sceann_hil.firmware.c_text import (
     ADD,
@@ -28,8 +26,10 @@ from sceann_hil.firmware.c_text import (
     PLAIN_FULL_LOOK_UP,
     PLAIN_HALF_LOOK_UP,
 )
-from sceann_hil.firmware.image import ControllerImage
 from sceann_hil.firmware.straight_line import StraightLineSums
+from sceann_hil.network.coding import genome_to_hex
+from sceann_hil.network.controller import ARITHMETIC_ID, Neuron, sigmoid_table
+from sceann_hil.network.image import ControllerImage
 
 SELF_TEST_STEPS = 24
 GROUP = 4

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sceann_hil.coding import Weights
+from sceann_hil.network.coding import Weights
 
 LEAST_SHARED = 6
 """Sources that two neurons must share before their sums are made together."""

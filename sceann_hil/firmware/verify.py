@@ -13,12 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.controller import SENSOR_MAX, state_hash
-from sceann_hil.firmware.client import RobotClient
 from sceann_hil.firmware.flash import check_size
-from sceann_hil.firmware.image import ControllerImage
-from sceann_hil.firmware.serial_line import meet
-from sceann_hil.firmware.vocabulary import Mode, Op, Telemetry
+from sceann_hil.link.client import RobotClient
+from sceann_hil.link.serial_line import meet
+from sceann_hil.link.vocabulary import Mode, Op, Telemetry
+from sceann_hil.network.controller import SENSOR_MAX, state_hash
+from sceann_hil.network.image import ControllerImage
 
 HEARTBEAT_S = 0.05
 HEARTBEAT_STEPS = 20

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.coding import Bits
+from sceann_hil.network.coding import Bits
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,6 @@
 """How a journal keeps what could not be computed again: a real robot's sensors, and its body's state if that is known.
 
-With the sensors and the genome every neuron can be computed again (`sceann_hil.replay.measured_trace`).
+With the sensors and the genome every neuron can be computed again (`sceann_hil.run.replay.measured_trace`).
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from sceann_hil.coding import Bits, genome_from_hex
+from sceann_hil.network.coding import Bits, genome_from_hex
 from sceann_hil.robot import EndReason
 
 

@@ -14,12 +14,12 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.coding import Bits, genome_to_hex
 from sceann_hil.errors import RunExists
 from sceann_hil.journal.entries import NOTHING_SPECIAL, Circumstances, FirstGeneration, Slots
 from sceann_hil.journal.measured import pack_measured
 from sceann_hil.journal.reader import JournalReader, open_database
 from sceann_hil.journal.schema import APPLICATION_ID, JOURNAL_NAME, SCHEMA, SCHEMA_VERSION, UNBORN_NAME
+from sceann_hil.network.coding import Bits, genome_to_hex
 from sceann_hil.robot import EndReason, Results
 
 

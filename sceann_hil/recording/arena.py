@@ -9,12 +9,12 @@ import rerun as rr
 from numpy.typing import NDArray
 from rerun.chunk import Chunk
 
-from sceann_hil.controller import SENSOR_MAX
+from sceann_hil.network.controller import SENSOR_MAX
 from sceann_hil.recording import style
 from sceann_hil.recording.columns import poses, scalars, several, static, step_times, timed, times_of
 from sceann_hil.recording.trial import RecordedRun, RecordedTrial
 from sceann_hil.robot import EndReason
-from sceann_hil.scenery import ArenaScenery
+from sceann_hil.robot.scenery import ArenaScenery
 
 IN_SIGHT, BLIND, AT_TARGET = "target in sight", "blind", "at the target"
 _TURN = np.linspace(0.0, 2.0 * np.pi, 13)

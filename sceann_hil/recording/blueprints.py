@@ -12,7 +12,7 @@ from sceann_hil.recording import arena, cartpole, network, overview, style
 from sceann_hil.recording.chunks import PROPERTY
 from sceann_hil.recording.columns import GENERATION, STEP, TRIAL_TIME
 from sceann_hil.recording.trial import RecordedRun
-from sceann_hil.scenery import ArenaScenery, CartPoleScenery
+from sceann_hil.robot.scenery import ArenaScenery, CartPoleScenery
 
 _DARK = list(style.BACKGROUND)
 _LOG_COLUMNS = rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"])

@@ -8,11 +8,11 @@ import numpy as np
 import rerun as rr
 from rerun.chunk import Chunk
 
-from sceann_hil.controller import ONE
+from sceann_hil.network.controller import ONE
 from sceann_hil.recording import style
 from sceann_hil.recording.columns import poses, scalars, static, step_times, timed
 from sceann_hil.recording.trial import RecordedRun, RecordedTrial
-from sceann_hil.scenery import CartPoleScenery
+from sceann_hil.robot.scenery import CartPoleScenery
 
 CART, POLE = "/scene/cart", "/scene/cart/pole"
 """Entities of cart and pole: where they are, and that as curves."""

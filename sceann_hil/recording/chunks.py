@@ -10,11 +10,11 @@ import rerun as rr
 from numpy.typing import NDArray
 from rerun.chunk import Chunk
 
-from sceann_hil.controller import ONE, sensors_to_q10
+from sceann_hil.network.controller import ONE, sensors_to_q10
 from sceann_hil.recording import arena, cartpole, network, style
 from sceann_hil.recording.columns import scalars, static, step_times, timed
 from sceann_hil.recording.trial import RecordedRun, RecordedTrial
-from sceann_hil.scenery import ArenaScenery, CartPoleScenery
+from sceann_hil.robot.scenery import ArenaScenery, CartPoleScenery
 
 PROPERTY = "trial"
 """Name of the property whose components are what a gallery can be sorted by."""

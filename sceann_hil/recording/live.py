@@ -17,7 +17,7 @@ import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
-from sceann_hil.controller import ONE, Controller, sensors_to_q10
+from sceann_hil.network.controller import ONE, Controller, sensors_to_q10
 from sceann_hil.recording import blueprints, chunks
 from sceann_hil.recording.columns import scalars, times_of
 from sceann_hil.recording.feed import HEADER, SPAWN, FeedKind

@@ -16,8 +16,8 @@ import rerun as rr
 from numpy.typing import NDArray
 from rerun.chunk import Chunk
 
-from sceann_hil.coding import NetworkSize, Weights
-from sceann_hil.controller import ONE, sensors_to_q10
+from sceann_hil.network.coding import NetworkSize, Weights
+from sceann_hil.network.controller import ONE, sensors_to_q10
 from sceann_hil.recording import style
 from sceann_hil.recording.columns import several, static
 from sceann_hil.recording.trial import RecordedRun, RecordedTrial

@@ -14,7 +14,7 @@ from sceann_hil.recording.arena import arena_ground
 from sceann_hil.recording.columns import at_generation, once, static
 from sceann_hil.recording.source import RecordedGeneration
 from sceann_hil.recording.trial import RecordedRun, RecordedTrial
-from sceann_hil.scenery import ArenaScenery, CartPoleScenery
+from sceann_hil.robot.scenery import ArenaScenery, CartPoleScenery
 
 _STRIDE = 3
 """Every how manieth point of a path is drawn."""

@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.coding import Weights
 from sceann_hil.config import parse_config
-from sceann_hil.controller import Dynamics, state_hash
 from sceann_hil.errors import ReplayDiffers
 from sceann_hil.journal import JOURNAL_NAME, AttemptRow, GenerationRow, JournalReader
 from sceann_hil.journal.reader import trial_arrays
+from sceann_hil.network.coding import Weights
+from sceann_hil.network.controller import Dynamics, state_hash
 from sceann_hil.recording.trial import RecordedRun, RecordedTrial, as_id
-from sceann_hil.replay import measured_trace
 from sceann_hil.robot import EndReason, Trace, Trials
+from sceann_hil.run.replay import measured_trace
 
 
 @dataclass(frozen=True, slots=True)

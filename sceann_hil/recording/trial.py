@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
 
-from sceann_hil.coding import NetworkSize, Weights
 from sceann_hil.journal import AttemptRow
+from sceann_hil.network.coding import NetworkSize, Weights
 from sceann_hil.robot import EndReason, Trace
-from sceann_hil.scenery import ArenaScenery, CartPoleScenery, Scenery
+from sceann_hil.robot.scenery import ArenaScenery, CartPoleScenery, Scenery
 
 _NOT_IN_AN_ID = re.compile(r"[^A-Za-z0-9_-]+")
 

@@ -10,12 +10,12 @@ from typing import Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.diagnosis import Finding, Verdict
-from sceann_hil.durations import Durations
+from sceann_hil.robot.diagnosis import Finding, Verdict
+from sceann_hil.robot.durations import Durations
 from sceann_hil.robot.end_reasons import EndReason, RobotError
 from sceann_hil.robot.facts import GapEstimate, Health, RobotSpec
+from sceann_hil.robot.scenery import Scenery
 from sceann_hil.robot.trials import Results, Trace, Trials
-from sceann_hil.scenery import Scenery
 
 UNKNOWN_STATE = np.zeros(0, np.float32)
 """The state of a body that nobody knows."""

@@ -9,8 +9,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.coding import NetworkSize, Weights
-from sceann_hil.controller import Dynamics
+from sceann_hil.network.coding import NetworkSize, Weights
+from sceann_hil.network.controller import Dynamics
 from sceann_hil.robot.end_reasons import EndReason
 
 
@@ -104,7 +104,7 @@ class Results:
     Attributes:
         end_reasons: values of `EndReason`, uint8, shape ``(n,)``.
         steps: control steps done, int32, shape ``(n,)``.
-        hashes: CRC-16 of all neuron states (`sceann_hil.controller.state_hash`), uint16, shape ``(n,)``.
+        hashes: CRC-16 of all neuron states (`sceann_hil.network.controller.state_hash`), uint16, shape ``(n,)``.
         final_states: body state after the last step, float32, shape ``(n, n_state)``.
         durations_s: robot time of each trial (steps times tick in simulation), float64, shape ``(n,)``.
         traces: one trace per trial, where the robot delivers them.

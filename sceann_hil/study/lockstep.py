@@ -1,7 +1,7 @@
 """Many runs of one experiment side by side: one robot call evaluates the generation of all of them.
 
 A run alone would leave most of a simulation's lanes idle. Every run still has its own seed tree and its own algorithm
-state, so run k of a block has the same bits as `sceann_hil.experiment.Experiment` with the same root seed.
+state, so run k of a block has the same bits as `sceann_hil.run.experiment.Experiment` with the same root seed.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.coding import Bits, genome_to_hex
 from sceann_hil.config import ExperimentConfig, parse_config
 from sceann_hil.evolution import State
+from sceann_hil.network.coding import Bits, genome_to_hex
 from sceann_hil.robot import EndReason, Robot, Trials, TrialVoid
+from sceann_hil.robot.task import Task
 from sceann_hil.seeds import Purpose, generator, keys
-from sceann_hil.task import Task
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +134,7 @@ def lockstep(config: ExperimentConfig, seeds: NDArray[np.uint64], robot: Robot) 
 
 
 class _Evaluator:
-    """`sceann_hil.evaluator.Evaluator` for many runs and no journal: the same trials, keys and means."""
+    """`sceann_hil.run.evaluator.Evaluator` for many runs and no journal: the same trials, keys and means."""
 
     def __init__(self, config: ExperimentConfig, task: Task, robot: Robot, seeds: NDArray[np.uint64]) -> None:
         self._coding = config.controller.coding

@@ -8,8 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import Protocol
 
-from sceann_hil.disk import when_there_is_room
 from sceann_hil.errors import ConfigError
+from sceann_hil.journal.disk import when_there_is_room
 from sceann_hil.study.condition import Condition
 from sceann_hil.study.config import Study
 from sceann_hil.study.lockstep import Block, BlockResult

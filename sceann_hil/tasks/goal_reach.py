@@ -10,8 +10,8 @@ from pydantic import Field
 
 from sceann_hil.plugins import Misfit, RobotConfig, TaskConfig
 from sceann_hil.robot import EndReason, Results
-from sceann_hil.scenery import ArenaScenery
-from sceann_hil.task import Task
+from sceann_hil.robot.scenery import ArenaScenery
+from sceann_hil.robot.task import Task
 
 
 class GoalReach(Task):

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from sceann_hil.plugins import Misfit, RobotConfig, TaskConfig
 from sceann_hil.robot import EndReason, Results
-from sceann_hil.task import Task
+from sceann_hil.robot.task import Task
 
 
 class PoleBalancing(Task):

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from sceann_hil import seeds
-from sceann_hil.coding import Coding, NetworkSize
-from sceann_hil.controller import Dynamics
+from sceann_hil.network.coding import Coding, NetworkSize
+from sceann_hil.network.controller import Dynamics
 from sceann_hil.robot import Robot, Trials
 
 MakeTrials = Callable[..., Trials]

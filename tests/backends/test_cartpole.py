@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from backends.cartpole import CartPole, Integrator
-from sceann_hil.controller import quantise_sensors
+from sceann_hil.network.controller import quantise_sensors
 from sceann_hil.robot import EndReason
 from tests.backends.conftest import MakeTrials
 

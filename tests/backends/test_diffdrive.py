@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from backends.diffdrive import DifferentialDrive
-from sceann_hil.controller import quantise_sensors
+from sceann_hil.network.controller import quantise_sensors
 from sceann_hil.robot import EndReason, Trace
 from tests.backends.conftest import MakeTrials
 

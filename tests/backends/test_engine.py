@@ -9,9 +9,9 @@ from backends.cartpole import CartPole
 from backends.diffdrive import DifferentialDrive
 from backends.simulation.engine import SimulatedRobot
 from backends.simulation.gap import Gap, Spread
-from backends.simulation.neurons import LANES
-from sceann_hil.coding import MAX_SOURCES, Coding
-from sceann_hil.controller import Controller, Dynamics, Neuron, state_hash
+from sceann_hil.network.coding import MAX_SOURCES, Coding
+from sceann_hil.network.controller import Controller, Dynamics, Neuron, state_hash
+from sceann_hil.network.neurons import LANES
 from sceann_hil.robot import EndReason, Results, Trials
 from tests.backends.conftest import MakeTrials
 

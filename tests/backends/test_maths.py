@@ -11,7 +11,7 @@ from scipy import stats
 
 from backends.simulation.maths import arctangent2, cosine, logarithm_of_mantissa, sine, wrap_angle
 from backends.simulation.noise import CHANNELS, normal_pair, random_bits
-from sceann_hil.compiled import compiled
+from sceann_hil.network.compiled import compiled
 
 
 def over(function: Callable[..., Any], *arrays: np.ndarray) -> np.ndarray:

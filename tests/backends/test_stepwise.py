@@ -9,10 +9,10 @@ from backends.cartpole import CartPole
 from backends.diffdrive import DifferentialDrive
 from backends.simulation.engine import SimulatedRobot
 from backends.simulation.gap import Gap, Spread
-from backends.simulation.recompute import recompute
 from backends.simulation.stepwise import StepwiseBody
-from sceann_hil.coding import NetworkSize
-from sceann_hil.controller import Controller, Dynamics, Neuron, state_hash
+from sceann_hil.network.coding import NetworkSize
+from sceann_hil.network.controller import Controller, Dynamics, Neuron, state_hash
+from sceann_hil.network.recompute import recompute
 from sceann_hil.robot import EndReason, Trials
 
 GAP = Gap(

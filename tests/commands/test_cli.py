@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from sceann_hil.errors import ExitCode
-from sceann_hil.experiment import Experiment
+from sceann_hil.run.experiment import Experiment
 from tests.runs import GOAL, config_of, contents, evolve
 
 CONFIGS = Path(__file__).parents[2] / "configs"

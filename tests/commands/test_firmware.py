@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from backends.emulation.posix import PosixBoard
 from sceann_hil.errors import ExitCode
+from sceann_hil.firmware.emulated.posix import PosixBoard
 from tests.commands.test_cli import sceann
 from tests.runs import GOAL, evolve
 

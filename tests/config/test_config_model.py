@@ -9,10 +9,10 @@ import sys
 import pytest
 from pydantic import ValidationError
 
-from sceann_hil.coding import NetworkSize
 from sceann_hil.config import parse_config
-from sceann_hil.controller import Dynamics, Neuron
 from sceann_hil.errors import ConfigError
+from sceann_hil.network.coding import NetworkSize
+from sceann_hil.network.controller import Dynamics, Neuron
 from sceann_hil.plugins import Misfit, RobotConfig
 from sceann_hil.robot import RobotSpec
 

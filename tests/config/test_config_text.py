@@ -9,9 +9,9 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from sceann_hil.coding import Coding
 from sceann_hil.config import ControllerConfig, ExperimentConfig, config_difference, dump_config, parse_config
-from sceann_hil.controller import Neuron
+from sceann_hil.network.coding import Coding
+from sceann_hil.network.controller import Neuron
 
 pytestmark = pytest.mark.usefixtures("bench")
 same_bench = settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=200)

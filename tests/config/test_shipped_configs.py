@@ -10,9 +10,9 @@ import jsonschema
 import pytest
 import yaml
 
-from sceann_hil.coding import Coding, NetworkSize
 from sceann_hil.config import load_config, parse_config, schema_text
-from sceann_hil.experiment import Experiment
+from sceann_hil.network.coding import Coding, NetworkSize
+from sceann_hil.run.experiment import Experiment
 
 CONFIGS = Path(__file__).parent.parent.parent / "configs"
 FILES = sorted(CONFIGS.glob("*.yaml"))

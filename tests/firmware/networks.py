@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.coding import Coding, NetworkSize
-from sceann_hil.controller import Dynamics, Neuron, sensors_to_q10, sigmoid
-from sceann_hil.firmware.image import ControllerImage
+from sceann_hil.network.coding import Coding, NetworkSize
+from sceann_hil.network.controller import Dynamics, Neuron, sensors_to_q10, sigmoid
+from sceann_hil.network.image import ControllerImage
 
 MAX_NEURONS, MAX_SENSORS, MAX_SOURCES = 22, 12, 23
 
@@ -52,7 +52,7 @@ def random_sensors(generator: np.random.Generator, n_steps: int, n_sensors: int)
 
 def cases(seed: int, n_networks: int, n_steps: int) -> list[Case]:
     """Networks of the paper's sizes for the most part, every eighth of any size up to 23 sources; the rules of
-    `sceann_hil.controller.Controller` for all networks side by side."""
+    `sceann_hil.network.controller.Controller` for all networks side by side."""
     generator = np.random.default_rng(seed)
     images = [random_image(generator, MAX_SOURCES if k % 8 == 0 else 10) for k in range(n_networks)]
     weights = np.zeros((n_networks, MAX_NEURONS, MAX_SENSORS + MAX_NEURONS), np.int16)

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from backends.emulation.posix import Alarm, BoardRecord, PosixBoard, RecordKind
-from sceann_hil.coding import Coding, NetworkSize
-from sceann_hil.firmware.client import Message, RobotClient
-from sceann_hil.firmware.image import ControllerImage
-from sceann_hil.firmware.vocabulary import Mode, Op, Telemetry
+from sceann_hil.firmware.emulated.posix import Alarm, BoardRecord, PosixBoard, RecordKind
+from sceann_hil.link.client import Message, RobotClient
+from sceann_hil.link.vocabulary import Mode, Op, Telemetry
+from sceann_hil.network.coding import Coding, NetworkSize
+from sceann_hil.network.image import ControllerImage
 
 N_SENSORS, N_MOTORS = 3, 2
 TICK_S = 0.02

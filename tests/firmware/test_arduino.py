@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from backends.emulation.simavr import EXTERNAL_RESET, HZ, AvrChip
-from backends.emulation.terminal import ChipTerminal
-from sceann_hil.coding import Coding, NetworkSize
 from sceann_hil.errors import FlashFailed
 from sceann_hil.firmware.build import AVR, FIRMWARE, Board, find_tool
-from sceann_hil.firmware.client import RobotClient
+from sceann_hil.firmware.emulated.simavr import EXTERNAL_RESET, HZ, AvrChip
+from sceann_hil.firmware.emulated.terminal import ChipTerminal
 from sceann_hil.firmware.flash import flash, flash_genome, plan_flash, upload_firmware, upload_genome
-from sceann_hil.firmware.image import ControllerImage
+from sceann_hil.link.client import RobotClient
+from sceann_hil.network.coding import Coding, NetworkSize
+from sceann_hil.network.image import ControllerImage
 from tests.firmware.rig import an_image
 
 ARDUINO = Path("/usr/share/arduino/hardware/arduino/avr")
@@ -122,7 +122,7 @@ class Silence:
 
 
 def test_silence_is_silence(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sceann_hil.firmware.serial_line.START_S", 0.0)
-    monkeypatch.setattr("sceann_hil.firmware.client.REPLY_TIMEOUT_S", 0.01)
+    monkeypatch.setattr("sceann_hil.link.serial_line.START_S", 0.0)
+    monkeypatch.setattr("sceann_hil.link.client.REPLY_TIMEOUT_S", 0.01)
     with pytest.raises(FlashFailed, match="silence"):
         upload_genome(RobotClient(Silence()), an_image(), "the board")

@@ -11,9 +11,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from backends.emulation.qemu import qemu_command
-from backends.emulation.simavr import AvrChip, symbols
-from sceann_hil.controller import sigmoid, state_hash
 from sceann_hil.firmware.build import (
     AVR,
     CORTEX_M3,
@@ -25,6 +22,9 @@ from sceann_hil.firmware.build import (
     Toolchain,
     compile_c,
 )
+from sceann_hil.firmware.emulated.qemu import qemu_command
+from sceann_hil.firmware.emulated.simavr import AvrChip, symbols
+from sceann_hil.network.controller import sigmoid, state_hash
 from tests.firmware.networks import MAX_SENSORS, Case, cases
 
 HERE = Path(__file__).parent / "c"

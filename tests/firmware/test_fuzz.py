@@ -15,9 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
-from sceann_hil.controller import ARITHMETIC_ID
 from sceann_hil.firmware.build import FIRMWARE, HOST_CLANG, compile_c
-from sceann_hil.firmware.framing import encode_frame
+from sceann_hil.link.framing import encode_frame
+from sceann_hil.network.controller import ARITHMETIC_ID
 from tests.firmware.networks import random_image
 
 HERE = Path(__file__).parent

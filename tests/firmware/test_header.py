@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from backends.emulation.measure import avr_cost, cortex_m3_cost, cortex_m3_self_test, with_header
-from backends.emulation.simavr import AvrChip, symbols
-from sceann_hil.coding import Coding, NetworkSize
-from sceann_hil.controller import Dynamics, Neuron
 from sceann_hil.errors import FirmwareBuildFailed
 from sceann_hil.firmware.build import AVR, HOST_CLANG, HOST_GCC, WARNINGS, compile_c, find_tool
+from sceann_hil.firmware.emulated.measure import avr_cost, cortex_m3_cost, cortex_m3_self_test, with_header
+from sceann_hil.firmware.emulated.simavr import AvrChip, symbols
 from sceann_hil.firmware.header import Optimize, c_header
-from sceann_hil.firmware.image import ControllerImage
+from sceann_hil.network.coding import Coding, NetworkSize
+from sceann_hil.network.controller import Dynamics, Neuron
+from sceann_hil.network.image import ControllerImage
 from tests.firmware.networks import Case, cases, random_sensors
 
 HERE = Path(__file__).parent / "c"

@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from backends.emulation.posix import Alarm, RecordKind
-from sceann_hil.controller import ARITHMETIC_ID, state_hash
-from sceann_hil.firmware.client import NoAnswer, Refused, RobotClient
-from sceann_hil.firmware.framing import encode_frame
-from sceann_hil.firmware.image import ControllerImage
-from sceann_hil.firmware.vocabulary import Mode, Op, Status, Telemetry
+from sceann_hil.firmware.emulated.posix import Alarm, RecordKind
+from sceann_hil.link.client import NoAnswer, Refused, RobotClient
+from sceann_hil.link.framing import encode_frame
+from sceann_hil.link.vocabulary import Mode, Op, Status, Telemetry
+from sceann_hil.network.controller import ARITHMETIC_ID, state_hash
+from sceann_hil.network.image import ControllerImage
 from tests.firmware.rig import REASON, SENSORS, STATE, TICK_S, Rig, an_image
 
 

@@ -7,13 +7,13 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from backends.emulation.measure import section_sizes
-from backends.emulation.simavr import HZ, UnoBoard
-from sceann_hil.controller import state_hash
 from sceann_hil.firmware.build import AVR, Board, build_board
-from sceann_hil.firmware.client import Message, Refused, RobotClient
-from sceann_hil.firmware.image import ControllerImage
-from sceann_hil.firmware.vocabulary import Mode, Op, Status, Telemetry
+from sceann_hil.firmware.emulated.measure import section_sizes
+from sceann_hil.firmware.emulated.simavr import HZ, UnoBoard
+from sceann_hil.link.client import Message, Refused, RobotClient
+from sceann_hil.link.vocabulary import Mode, Op, Status, Telemetry
+from sceann_hil.network.controller import state_hash
+from sceann_hil.network.image import ControllerImage
 from tests.firmware.rig import REASON, an_image
 
 BAUD = ("-DBAUD=500000UL",)

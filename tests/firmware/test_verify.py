@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from backends.emulation.lines import emulated_line
-from sceann_hil.coding import Coding, NetworkSize
-from sceann_hil.controller import Dynamics, Neuron
 from sceann_hil.firmware.build import Board
-from sceann_hil.firmware.client import RobotClient
-from sceann_hil.firmware.image import ControllerImage
+from sceann_hil.firmware.emulated.lines import emulated_line
 from sceann_hil.firmware.verify import random_sequences, verify
+from sceann_hil.link.client import RobotClient
+from sceann_hil.network.coding import Coding, NetworkSize
+from sceann_hil.network.controller import Dynamics, Neuron
+from sceann_hil.network.image import ControllerImage
 
 IMAGE = ControllerImage(
     np.random.default_rng(8).integers(0, 2, Coding.SCEANN1.genome_length(NetworkSize(7, 4, 2))).astype(np.uint8),
@@ -40,7 +40,7 @@ def test_a_board_that_computes_something_else_is_found_out(monkeypatch: pytest.M
 
 
 def _reference_of(image: ControllerImage):
-    from sceann_hil.controller import Controller
+    from sceann_hil.network.controller import Controller
 
     return Controller(image.weights, image.size, image.dynamics)
 

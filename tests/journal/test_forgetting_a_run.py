@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from sceann_hil.errors import UserError
-from sceann_hil.experiment import Experiment
 from sceann_hil.journal import JOURNAL_NAME, Journal, RunLock
 from sceann_hil.robot import EndReason, Results
+from sceann_hil.run.experiment import Experiment
 from tests.runs import POLE, config_of
 
 

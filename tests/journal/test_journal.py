@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from sceann_hil.errors import NotARun, RunExists, RunIsDamaged, RunIsLocked, RunIsNewer
-from sceann_hil.experiment import Experiment
 from sceann_hil.journal import JOURNAL_NAME, Journal, JournalReader, RunLock, Slots
 from sceann_hil.robot import EndReason, Results
+from sceann_hil.run.experiment import Experiment
 from tests.runs import GOAL, POLE, config_of, evolve
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from sceann_hil.journal import JOURNAL_NAME
-from tests.operators.fakes import attended_run
+from tests.supervision.operators.fakes import attended_run
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from backends.link.statistics import lateness_s
+from sceann_hil.link.statistics import lateness_s
 
 BEAT_S = 0.02 * np.arange(500)
 

@@ -1,4 +1,4 @@
-"""Every message of ``firmware/sceann.dbc``, packed or unpacked by `backends.link.messages` and by cantools."""
+"""Every message of ``firmware/sceann.dbc``, packed or unpacked by `sceann_hil.link.messages` and by cantools."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from backends.link import messages as m
-from sceann_hil.coding import Coding, NetworkSize
-from sceann_hil.controller import Dynamics, Neuron
-from sceann_hil.firmware.descriptor import Capability, Descriptor
-from sceann_hil.firmware.image import CODING_NUMBER, NEURON_NUMBER, ControllerImage
-from sceann_hil.firmware.vocabulary import EventCode, Function, Mode, Op, State, Status, Telemetry
+from sceann_hil.link import messages as m
+from sceann_hil.link.descriptor import Capability, Descriptor
+from sceann_hil.link.vocabulary import EventCode, Function, Mode, Op, State, Status, Telemetry
+from sceann_hil.network.coding import Coding, NetworkSize
+from sceann_hil.network.controller import Dynamics, Neuron
+from sceann_hil.network.image import CODING_NUMBER, NEURON_NUMBER, ControllerImage
 
 DBC: Any = cantools.database.load_file(Path(__file__).parents[2] / "firmware" / "sceann.dbc")
 

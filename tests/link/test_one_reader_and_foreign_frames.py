@@ -7,9 +7,9 @@ import time
 
 import can
 
-from backends.emulation.virtual_posix import VirtualPosix
-from backends.link.session import RobotLink
-from sceann_hil.firmware.vocabulary import Function, State
+from backends.virtual.virtual_posix import VirtualPosix
+from sceann_hil.link.session import RobotLink
+from sceann_hil.link.vocabulary import Function, State
 
 
 def test_frames_that_are_none_of_the_links_are_counted_and_ignored() -> None:

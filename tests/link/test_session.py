@@ -9,16 +9,16 @@ import can
 import numpy as np
 import pytest
 
-from backends.emulation.posix import PosixBoard
-from backends.link import session as session_module
-from backends.link.line import LinkDown
-from backends.link.messages import LinkEnd, start_arguments
-from backends.link.serial_bus import SceannSerialBus
-from backends.link.session import NoAnswer, Refused, RobotLink
-from backends.link.upload import shortest_genome, upload
-from sceann_hil.coding import Coding, NetworkSize
-from sceann_hil.controller import Dynamics
-from sceann_hil.firmware.vocabulary import Mode, Op, State, Status, Telemetry
+from sceann_hil.firmware.emulated.posix import PosixBoard
+from sceann_hil.link import session as session_module
+from sceann_hil.link.line import LinkDown
+from sceann_hil.link.messages import LinkEnd, start_arguments
+from sceann_hil.link.serial_bus import SceannSerialBus
+from sceann_hil.link.session import NoAnswer, Refused, RobotLink
+from sceann_hil.link.upload import shortest_genome, upload
+from sceann_hil.link.vocabulary import Mode, Op, State, Status, Telemetry
+from sceann_hil.network.coding import Coding, NetworkSize
+from sceann_hil.network.controller import Dynamics
 from sceann_hil.robot import LinkError
 
 
@@ -48,7 +48,7 @@ def test_nobody_on_this_node_is_one_clear_error(board: PosixBoard) -> None:
 
 @pytest.mark.parametrize(("name", "value"), [("LINK_VERSION", 2), ("ARITHMETIC_ID", 1)])
 def test_other_versions_are_refused(board: PosixBoard, monkeypatch: pytest.MonkeyPatch, name: str, value: int) -> None:
-    from backends.link import messages
+    from sceann_hil.link import messages
 
     monkeypatch.setattr(session_module, name, value)
     monkeypatch.setattr(messages, name, value, raising=False)

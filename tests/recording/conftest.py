@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from sceann_hil.config import parse_config
-from sceann_hil.experiment import Experiment
+from sceann_hil.run.experiment import Experiment
 
 GOAL_REACH = """
 name: goal reach

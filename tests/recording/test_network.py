@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sceann_hil.coding import NetworkSize
+from sceann_hil.network.coding import NetworkSize
 from sceann_hil.recording import network
 
 SIZES = [NetworkSize(1, 0, 1), NetworkSize(7, 2, 2), NetworkSize(2, 5, 1), NetworkSize(4, 17, 2)]

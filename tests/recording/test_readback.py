@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from rerun.chunk import Chunk, RrdReader
 
-from sceann_hil.controller import ONE
 from sceann_hil.journal import JournalReader
+from sceann_hil.network.controller import ONE
 from sceann_hil.recording import Detail, RecordingPaths
 from sceann_hil.recording.arena import AT_TARGET, phases
 from sceann_hil.recording.recorder import Recorder

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from sceann_hil.coding import NetworkSize
+from sceann_hil.network.coding import NetworkSize
 from sceann_hil.recording.trial import RecordedRun, as_id, recording_id
-from sceann_hil.scenery import ArenaScenery, CartPoleScenery, Scenery
+from sceann_hil.robot.scenery import ArenaScenery, CartPoleScenery, Scenery
 
 ARENA = ArenaScenery((1.0, 1.0), (0.9, 0.9), 0.1, 0.05, (-0.5235987755982988, 0.0, 0.5235987755982988), 0.2)
 CART = CartPoleScenery(2.4, 0.6, 1.0, 10.0)

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sceann_hil.coding import genome_from_hex
-from sceann_hil.experiment import Experiment
+from sceann_hil.network.coding import genome_from_hex
+from sceann_hil.run.experiment import Experiment
 from sceann_hil.study.condition import Condition
 from sceann_hil.study.config import parse_study
 from sceann_hil.study.lockstep import Block, compute_block, lockstep

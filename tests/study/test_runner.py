@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 from small_study import SMALL, assert_same_results
 
-from sceann_hil.disk import when_there_is_room
 from sceann_hil.errors import ConfigError, NotARun, RunIsLocked, RunIsNewer, StudyChanged, WorkersLost
+from sceann_hil.journal.disk import when_there_is_room
 from sceann_hil.study import (
     STUDY_NAME,
     Block,

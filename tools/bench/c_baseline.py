@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.controller import sigmoid_table
+from sceann_hil.network.controller import sigmoid_table
 
 Balance = Callable[[NDArray[np.int8], float, int], NDArray[np.int32]]
 

@@ -16,11 +16,11 @@ from figures import Figure
 from many_runs import run_trials
 from numpy.typing import NDArray
 
-from sceann_hil.budget import Amounts
 from sceann_hil.config import ExperimentConfig, load_config
-from sceann_hil.forecast import Forecast
 from sceann_hil.robot import Robot
 from sceann_hil.seeds import Purpose, generator, keys
+from sceann_hil.supervision.budget import Amounts
+from sceann_hil.supervision.forecast import Forecast
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 RUNS = 200

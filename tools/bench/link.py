@@ -19,24 +19,24 @@ from figures import Figure
 from numpy.typing import NDArray
 
 from backends.diffdrive import DifferentialDrive
-from backends.emulation.body import VirtualBody
-from backends.emulation.posix import BOARD_RECORD, BODY_RECORD, PosixBoard, RecordKind
-from backends.emulation.virtual_posix import VirtualPosix
-from backends.link.line import Incoming
-from backends.link.lockstep import run_lockstep
-from backends.link.messages import start_arguments
-from backends.link.serial_bus import SceannSerialBus
-from backends.link.session import RobotLink
-from backends.link.trial import Order
-from backends.link.upload import upload
-from sceann_hil.coding import NetworkSize
+from backends.virtual.body import VirtualBody
+from backends.virtual.virtual_posix import VirtualPosix
 from sceann_hil.config import parse_config
-from sceann_hil.controller import Dynamics
-from sceann_hil.experiment import Experiment
-from sceann_hil.firmware.vocabulary import Function, Mode, Op, Telemetry
+from sceann_hil.firmware.emulated.posix import BOARD_RECORD, BODY_RECORD, PosixBoard, RecordKind
+from sceann_hil.link.line import Incoming
+from sceann_hil.link.lockstep import run_lockstep
+from sceann_hil.link.messages import start_arguments
+from sceann_hil.link.serial_bus import SceannSerialBus
+from sceann_hil.link.session import RobotLink
+from sceann_hil.link.trial import Order
+from sceann_hil.link.upload import upload
+from sceann_hil.link.vocabulary import Function, Mode, Op, Telemetry
+from sceann_hil.network.coding import NetworkSize
+from sceann_hil.network.controller import Dynamics
 from sceann_hil.recording import RecorderProcess
 from sceann_hil.recording.feed import LiveFeed
 from sceann_hil.robot import EndReason, Robot
+from sceann_hil.run.experiment import Experiment
 
 SENSE_LIMIT = {115_200: 823.0, 500_000: 500_000 / 140}
 """SENSE frames per second that fit the wire: 14 bytes of 10 bits (docs/link.md)."""

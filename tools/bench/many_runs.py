@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.coding import Bits
 from sceann_hil.config import ExperimentConfig
+from sceann_hil.network.coding import Bits
 from sceann_hil.robot import Results, Robot, Trials
 
 

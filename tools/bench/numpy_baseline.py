@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.controller import THRESHOLD, sigmoid_table
+from sceann_hil.network.controller import THRESHOLD, sigmoid_table
 
 
 def balance(weights: NDArray[np.int8], start_rad: float, max_steps: int) -> NDArray[np.int32]:

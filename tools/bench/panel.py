@@ -11,15 +11,15 @@ import numpy as np
 from figures import Figure
 
 from backends.cartpole import CartPole
-from backends.emulation.body import VirtualBody
-from backends.emulation.posix import RecordKind
-from backends.emulation.virtual_posix import VirtualPosix
 from backends.remote import RemoteConfig, RemoteRobot
-from sceann_hil.coding import Coding, NetworkSize
-from sceann_hil.controller import Dynamics
-from sceann_hil.operators import Desk, Situation, Verb
-from sceann_hil.operators.web import WebPanel
+from backends.virtual.body import VirtualBody
+from backends.virtual.virtual_posix import VirtualPosix
+from sceann_hil.firmware.emulated.posix import RecordKind
+from sceann_hil.network.coding import Coding, NetworkSize
+from sceann_hil.network.controller import Dynamics
 from sceann_hil.robot import Trials
+from sceann_hil.supervision.operators import Desk, Situation, Verb
+from sceann_hil.supervision.operators.web import WebPanel
 
 PRESSES = 25
 SIZE = NetworkSize(2, 1, 1)

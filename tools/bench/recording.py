@@ -9,10 +9,10 @@ from pathlib import Path
 from figures import Figure, median_s
 
 from sceann_hil.config import load_config
-from sceann_hil.experiment import Experiment
 from sceann_hil.recording import rrd
 from sceann_hil.recording.chunks import trial_chunks
 from sceann_hil.recording.source import RunSource
+from sceann_hil.run.experiment import Experiment
 
 CONFIG = Path(__file__).parents[2] / "configs" / "goal_reach.yaml"
 GENERATION = 5

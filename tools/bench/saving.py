@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from sceann_hil.config import ExperimentConfig, load_config
 from sceann_hil.robot import Robot
-from sceann_hil.saving import Pool, Racing, SavingConfig, raced_fitness, rounds, still_open
 from sceann_hil.seeds import Purpose, generator, keys
+from sceann_hil.supervision.saving import Pool, Racing, SavingConfig, raced_fitness, rounds, still_open
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 RUNS = 200

@@ -12,8 +12,8 @@ from figures import Figure, median_s
 from numpy_baseline import balance as numpy_balance
 
 from backends.cartpole import CartPole
-from sceann_hil.coding import Coding, NetworkSize, Weights
-from sceann_hil.controller import Dynamics
+from sceann_hil.network.coding import Coding, NetworkSize, Weights
+from sceann_hil.network.controller import Dynamics
 from sceann_hil.robot import Trials
 
 SIZE = NetworkSize(2, 3, 1)

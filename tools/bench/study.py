@@ -15,8 +15,8 @@ import numpy as np
 from figures import Figure, median_s
 from numpy_baseline import balance
 
-from sceann_hil.landscape import enumerate_landscape, genomes_of
 from sceann_hil.study import cores, load_study, lockstep
+from sceann_hil.study.landscape import enumerate_landscape, genomes_of
 
 PAPER = Path(__file__).parents[2] / "configs" / "paper"
 _START_RAD = np.deg2rad(1.0)

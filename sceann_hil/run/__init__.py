@@ -1,0 +1,1 @@
+"""One run: trials to results, evolve, resume, replay, rehearse, plan."""

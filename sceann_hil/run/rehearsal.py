@@ -1,0 +1,117 @@
+"""A whole run without the robot: a simulated body takes its place, a script the operator's.
+
+Everything between them is the real thing: desk, budget, suspenders, journal, and the prompts of an attended robot. Time
+is the only thing that is made up: a trial takes no time here, and what robot and person would need is added up. With
+its firmware in the loop, on a virtual board of this computer, link and firmware are the real thing too, and trials take
+the time that they take.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass, replace
+
+from sceann_hil import registry
+from sceann_hil.config import ExperimentConfig, dump_config, parse_config
+from sceann_hil.errors import ConfigError
+from sceann_hil.plugins import RobotConfig
+from sceann_hil.registry import Group
+from sceann_hil.robot import EndReason, Results, Robot, RobotSpec, Trials
+from sceann_hil.robot.scenery import Scenery
+from sceann_hil.supervision.operators import Prompt, Who
+
+_BODY_OF_TASK = {"goal_reach": "diffdrive", "pole_balancing": "cartpole"}
+
+
+@dataclass(frozen=True, slots=True)
+class Rehearsal:
+    """What is played.
+
+    Attributes:
+        config: of the run, with the stand-in's robot section and a script instead of a person.
+        robot: the stand-in.
+    """
+
+    config: ExperimentConfig
+    robot: Robot
+
+
+class StandIn(Robot):
+    """A simulated robot that behaves to the rest as the real one of a configuration: one trial at a time, attended.
+
+    Args:
+        body: simulated.
+        attended: whether the real one needs a person.
+    """
+
+    def __init__(self, body: Robot, *, attended: bool) -> None:
+        self._body = body
+        name = f"stand-in for the robot ({body.spec.name})"
+        self._spec = replace(body.spec, name=name, attended=attended, batch_size=1)
+
+    @property
+    def spec(self) -> RobotSpec:
+        return self._spec
+
+    @property
+    def scenery(self) -> Scenery | None:
+        return self._body.scenery
+
+    def run(self, trials: Trials) -> Results:
+        return self._body.run(trials)
+
+    def connect(self) -> None:
+        self._body.connect()
+
+    def interrupt(self, reason: EndReason) -> None:
+        """Its trials are over before anybody could."""
+
+
+@contextmanager
+def rehearsal(
+    config: ExperimentConfig, body: RobotConfig | None = None, *, firmware: bool = False
+) -> Iterator[Rehearsal]:
+    """The same run on a stand-in, for as long as the block lasts.
+
+    Args:
+        config: of the run that is to be rehearsed.
+        body: the simulated robot that stands in; by default the robot itself if it is simulated, the body of its
+            configuration (mode hil), or the task's usual one with as many sensors.
+        firmware: the robot's firmware takes part, on a virtual board with this body; trials take their time.
+
+    Raises:
+        ConfigError: there is no body that fits, or no firmware.
+    """
+    real = config.robot
+    simulated = body or (real if real.spec.repeatable else getattr(real, "body", None)) or _usual_body(config)
+    attended = real.spec.attended or simulated is real
+    script = ("ready", "accept") if config.operator.confirm else ("ready",)
+    operator = config.operator
+    if operator.who != (Who.NONE,):  # a run that asks nobody is rehearsed without anybody
+        told = {"who": (Who.SCRIPT,), "script": operator.script or script, "repeat_script": True, "prompt": Prompt.NONE}
+        operator = operator.model_copy(update=told)
+    with real.on_virtual_board(simulated) if firmware else nullcontext() as twin:
+        if firmware and twin is None:
+            raise ConfigError(
+                f"--firmware: robot {real.type} has no firmware to rehearse.",
+                "Leave it out, or name a configuration with a robot of type remote.",
+            )
+        played = config.model_copy(update={"operator": operator, "robot": twin or simulated})
+        # once more through the text, so that the stand-in's network and task are checked like any other
+        checked = parse_config(dump_config(played), "the rehearsal")
+        robot = checked.robot.build() if twin else StandIn(simulated.build(), attended=attended)
+        yield Rehearsal(checked, robot)
+
+
+def _usual_body(config: ExperimentConfig) -> RobotConfig:
+    kind = _BODY_OF_TASK.get(config.task.type)
+    if kind is None:
+        raise ConfigError(
+            f"task {config.task.type}: there is no simulated body to rehearse with.",
+            "Name one: --body FILE with a robot section.",
+        )
+    spec = config.robot.spec
+    return registry.load(Group.ROBOTS, kind).model_validate(
+        {"type": kind, "n_sensors": spec.n_sensors, "tick_s": spec.tick_s}
+    )

@@ -1,0 +1,123 @@
+"""Run a journalled trial again and compare: the proof that a run can be trusted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sceann_hil.config import ExperimentConfig, parse_config
+from sceann_hil.errors import NotARun
+from sceann_hil.journal import AttemptRow, JournalReader, trial_arrays
+from sceann_hil.network.coding import NetworkSize, Weights
+from sceann_hil.network.controller import Controller, Dynamics
+from sceann_hil.robot import EndReason, Robot, Trace, Trials
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """One quantity of one trial, as journalled and as it came out again."""
+
+    quantity: str
+    journalled: object
+    replayed: object
+
+    @property
+    def equal(self) -> bool:
+        """Equal to the last bit."""
+        return self.journalled == self.replayed
+
+
+def journalled_config(reader: JournalReader) -> ExperimentConfig:
+    """The configuration that a run was made with."""
+    return parse_config(reader.run().config, f"{reader.directory}: journalled configuration")
+
+
+def journalled_trials(reader: JournalReader, config: ExperimentConfig, attempts: list[AttemptRow]) -> Trials:
+    """Attempts of one generation as trials that a robot can run again.
+
+    Args:
+        reader: the run's journal.
+        config: the run's configuration.
+        attempts: of one generation, at least one.
+    """
+    individuals = reader.individuals(attempts[0].generation)
+    genomes = np.stack([row.genome_bits(config.genome_length) for row in individuals])
+    starts, keys, ids = trial_arrays(attempts)
+    return Trials(
+        size=config.size,
+        dynamics=config.controller.dynamics,
+        weights=config.controller.coding.decode(genomes, config.size),
+        genome_index=np.array([row.individual for row in attempts], np.int32),
+        starts=starts,
+        keys=keys,
+        max_steps=config.task.build().max_steps,
+        ids=ids,
+    )
+
+
+def measured_trace(
+    reader: JournalReader, attempt: int, weights: Weights, size: NetworkSize, dynamics: Dynamics
+) -> Trace | None:
+    """What happened in a trial that nobody can repeat: journalled sensors, and the neurons computed from them again.
+
+    Args:
+        reader: the run's journal.
+        attempt: its id.
+        weights: of the network that ran, shape ``(n_neurons, n_sources)``.
+        size: of that network.
+        dynamics: of that network.
+
+    Returns:
+        None if the journal has no sensors of this attempt.
+    """
+    measured = reader.measured(attempt)
+    if measured is None:
+        return None
+    sensors, states = measured
+    controller = Controller(weights, size, dynamics)
+    u = np.zeros((len(sensors), size.n_neurons), np.int16)
+    x = np.zeros_like(u)
+    for step, wire in enumerate(sensors):
+        controller.step(wire)
+        u[step], x[step] = controller.u, controller.x
+    return Trace(states, sensors, u, x)
+
+
+def replay(
+    reader: JournalReader, config: ExperimentConfig, robot: Robot, attempts: list[AttemptRow]
+) -> list[list[Comparison]]:
+    """Run attempts of one generation again.
+
+    Args:
+        reader: the run's journal.
+        config: the run's configuration.
+        robot: connected, and repeatable.
+        attempts: of one generation, each with a result.
+
+    Returns:
+        For each attempt what was compared.
+
+    Raises:
+        NotARun: the robot cannot repeat a trial, or an attempt has no result.
+    """
+    if not robot.spec.repeatable:
+        raise NotARun(
+            f"the trials of {reader.directory} were measured on {robot.spec.name}, which cannot repeat them.",
+            "`sceann status` and the recording show what was measured.",
+        )
+    for row in attempts:
+        if row.end_reason is None or row.fitness is None:
+            raise NotARun(f"trial {row.id} of {reader.directory} has no result to compare with.", "")
+    results = robot.run(journalled_trials(reader, config, attempts))
+    fitness = config.task.build().fitness(results)
+    return [
+        [
+            Comparison("end reason", row.end_reason, EndReason(results.end_reasons[i])),
+            Comparison("steps", row.steps, int(results.steps[i])),
+            Comparison("neuron states (CRC-16)", row.state_hash, int(results.hashes[i])),
+            Comparison("final body state", row.final_state, tuple(results.final_states[i].tolist())),
+            Comparison("fitness", row.fitness, float(fitness[i])),
+        ]
+        for i, row in enumerate(attempts)
+    ]

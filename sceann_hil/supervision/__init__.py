@@ -1,0 +1,1 @@
+"""Who has a say between trials: operator, budget, forecast, suspenders, drift, saving."""

@@ -1,0 +1,51 @@
+"""Everybody whom a configuration puts beside the robot, at one desk."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+
+from sceann_hil.robot import Robot
+from sceann_hil.supervision.operators.console import Console
+from sceann_hil.supervision.operators.desk import Desk
+from sceann_hil.supervision.operators.keys import open_keys
+from sceann_hil.supervision.operators.prompter import Prompter
+from sceann_hil.supervision.operators.script import Script
+from sceann_hil.supervision.operators.settings import OperatorConfig, Prompt, Who
+
+
+@contextmanager
+def beside(
+    robot: Robot, settings: OperatorConfig, show: Callable[[str], object], stop: Callable[[], bool] = lambda: False
+) -> Iterator[Desk]:
+    """A desk with everybody at it, for as long as the block lasts.
+
+    Args:
+        robot: the robot that they stand beside.
+        settings: who they are.
+        show: prints a line at the console.
+        stop: whether the command line wants the run to end now.
+
+    Raises:
+        UserError: somebody cannot come; nothing has moved yet.
+    """
+    who = settings.resolved(attended=robot.spec.attended)
+    desk = Desk(asks=bool(who), on_emergency=robot.make_safe, stop=stop)
+    with ExitStack() as present:
+        if Who.WEB in who:
+            # the page needs a server and a QR encoder, which most runs do not
+            from sceann_hil.supervision.operators.web import WebPanel, announce
+
+            panel = WebPanel(desk, settings.host, settings.port, robot.scenery, settings.prompt)
+            present.enter_context(panel)
+            announce(panel, show)
+        if Who.SCRIPT in who:
+            present.enter_context(Script(desk, settings.steps, repeat=settings.repeat_script))
+        if Who.CONSOLE in who:
+            present.enter_context(Console(desk, open_keys(), show))
+        if settings.prompt is not Prompt.NONE and who:
+            present.enter_context(Prompter(desk, settings.prompt, lambda: show("\a")))
+        try:
+            yield desk
+        finally:
+            desk.close("the run is over")

@@ -1,0 +1,57 @@
+"""What a user of a virtual robot stumbles over: it lies where its last trial ended, or cannot be what was asked."""
+
+from __future__ import annotations
+
+import socket
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from backends.cartpole import CartPole, CartPoleConfig
+from backends.virtual.body import VirtualBody
+from backends.virtual.power import VirtualRobot
+from backends.virtual.virtual_posix import VirtualPosix
+from sceann_hil.cli import app
+from sceann_hil.errors import CannotWrite, ConfigError, as_user_error
+from sceann_hil.robot.diagnosis import Verdict
+from tests.backends.remote.trials import virtual_config
+
+
+def test_the_doctor_knows_a_pressed_bumper_from_a_bad_cable() -> None:
+    body = VirtualBody(CartPole(n_sensors=2))
+    body.place([0.0, 0.0, 0.5, 0.0])
+    while not body.pressed:
+        body.hold()
+    with VirtualPosix(body) as virtual, virtual_config(virtual, "onboard").build() as robot:
+        *_, last = robot.diagnose(may_move=False)
+    assert (last.check, last.verdict) == ("alarms", Verdict.BAD)
+    assert "cable" not in last.advice
+
+
+def test_a_rig_port_in_use_is_told() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken, pytest.raises(ConfigError, match="--rig-port"):
+        VirtualPosix(VirtualBody(CartPole(n_sensors=2)), rig_port=taken.getsockname()[1])
+
+
+@pytest.mark.parametrize("option", ["--write", "--port", "--store"])
+def test_a_folder_that_is_not_there_is_told_before_the_robot_is_on(option: str, tmp_path: Path) -> None:
+    (tmp_path / "c.yaml").write_text(
+        "{task: {type: pole_balancing}, robot: {type: cartpole, n_sensors: 2}, "
+        "controller: {coding: sceann3, n_hidden: 1}, algorithm: {type: sga}}"
+    )
+    place = tmp_path / "no_folder" / "file"
+    result = CliRunner().invoke(app, ["virtual", "posix", str(tmp_path / "c.yaml"), option, str(place)])
+    assert result.exception is not None
+    told = as_user_error(result.exception)
+    assert isinstance(told, CannotWrite)
+    assert str(place) in told.message
+    assert "is on" not in result.output
+
+
+def test_a_board_without_a_body_of_its_own_serves_the_loop() -> None:
+    robot = VirtualRobot({"port": "p"}, CartPoleConfig(), None)
+    assert robot.section()["mode"] == "hil"
+    assert robot.section()["body"]["type"] == "cartpole"
+    with pytest.raises(ConfigError, match="expected hil, got 'onboard'"):
+        robot.section("onboard")

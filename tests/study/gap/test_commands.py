@@ -1,0 +1,117 @@
+"""plan, rehearse, compare, repeat and drift as a user meets them; reference runs on a robot that repeats nothing."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from sceann_hil.cli import app
+from sceann_hil.errors import ConfigError, NotARun
+from sceann_hil.journal import JournalReader
+from sceann_hil.robot import Results, Trials
+from sceann_hil.run.experiment import Experiment, Outcome
+from tests.runs import GOAL, POLE, config_of, evolve
+from tests.supervision.operators.fakes import Beside
+
+REAL = "robot: {type: cartpole, n_sensors: 2, gap: {sensor_offset: 0.01, motor_gain: 0.9, latency_steps: 1}}"
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    directory = tmp_path_factory.mktemp("gap") / "run"
+    evolve(directory, POLE, "algorithm.population=25", "algorithm.generations=8", "task.start_angle_deg=3")
+    return directory
+
+
+def said(*arguments: object) -> dict[str, object]:
+    result = CliRunner().invoke(app, [str(argument) for argument in (*arguments, "--json")], catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    document: dict[str, object] = json.loads(result.stdout[result.stdout.index("{") :])
+    return document
+
+
+def test_compare_finds_the_gap_and_leaves_pictures(run: Path, tmp_path: Path) -> None:
+    (tmp_path / "real.yaml").write_text(REAL)
+    document = said("compare", run, "--on", tmp_path / "real.yaml", "--top", 4, "--repeats", 2)
+    estimate = document["estimate"]
+    assert isinstance(estimate, dict)
+    assert estimate["latency_steps"] == 1
+    assert estimate["motor_gain"] == pytest.approx(0.9, abs=0.03)
+    assert estimate["sensor_offset"] == pytest.approx([0.01, 0.01], abs=0.002)
+    pasted = str(document["gap_section"]).replace("gap:", "gap:", 1)
+    assert "latency_steps: 1" in pasted
+    for name in ("gap.png", "trajectories.png", "compare.json"):
+        assert (run / "reports" / "compare" / name).stat().st_size > 1000
+
+
+def test_compare_without_a_second_robot_says_what_is_missing(run: Path) -> None:
+    with pytest.raises(ConfigError, match="needs a simulated robot and another one"):
+        CliRunner().invoke(app, ["compare", str(run)], catch_exceptions=False)
+
+
+def test_repeat_gives_the_spread_and_what_can_be_told_apart(run: Path, tmp_path: Path) -> None:
+    (tmp_path / "real.yaml").write_text(REAL.replace("0.01", "{normal: [0, 0.01]}"))
+    document = said("repeat", run, "-n", 12, "--on", tmp_path / "real.yaml")
+    fitness = document["fitness"]
+    assert isinstance(fitness, list)
+    assert len(fitness) == 12
+    assert document["deviation"] == pytest.approx(np.std(fitness, ddof=1))
+    needed = document["repeats_to_tell"]
+    assert isinstance(needed, dict)
+    assert list(needed.values()) == sorted(needed.values(), reverse=True)
+
+
+def test_plan_counts_prompts_and_time_of_an_attended_robot(tmp_path: Path) -> None:
+    (tmp_path / "c.yaml").write_text(GOAL)
+    document = said("plan", tmp_path / "c.yaml", "--set", "budget.trials=10")
+    assert (document["trials"], document["prompts"]) == (4 * 6 * 3, 0)
+    assert document["fits"] == "not surely: trials may end first"
+
+
+def test_rehearse_plays_every_prompt(tmp_path: Path) -> None:
+    (tmp_path / "c.yaml").write_text(GOAL)
+    document = said("rehearse", tmp_path / "c.yaml", "--set", "algorithm.generations=1")
+    assert (document["outcome"], document["trials"], document["prompts"]) == ("finished", 36, 72)
+
+
+def test_rehearse_ends_with_its_budget(tmp_path: Path) -> None:
+    (tmp_path / "c.yaml").write_text(GOAL)
+    document = said("rehearse", tmp_path / "c.yaml", "--set", "budget.trials=5")
+    assert (document["outcome"], document["trials"]) == ("budget_spent", 5)
+
+
+class _Wearing(Beside):
+    """Its wheels slip more and more: every trial takes a little longer than the one before."""
+
+    def run(self, trials: Trials) -> Results:
+        results = super().run(trials)
+        results.steps[:] = self.starts
+        results.end_reasons[:] = 1
+        return results
+
+
+@pytest.mark.parametrize(("robot", "drifts"), [(_Wearing, True), (Beside, False)])
+def test_reference_runs_see_a_robot_drift(robot: type[Beside], drifts: bool, tmp_path: Path) -> None:
+    config = config_of(GOAL, "reference.every=5")
+    with Experiment.create(config, tmp_path / "run") as experiment, robot(config.robot.build()) as beside:
+        assert experiment.evolve(beside) is Outcome.FINISHED
+        events = [kind for _, _, kind, _ in experiment.journal.reader.events()]
+    rows = JournalReader(tmp_path / "run").references()
+    # the first generation has no best yet
+    assert len(rows) >= 8
+    assert len({row.genome for row in rows}) == 1
+    assert ("drift" in events) is drifts
+    document = said("drift", tmp_path / "run")
+    assert (document["warning"] is not None) is drifts
+    assert Path(str(document["chart"])).stat().st_size > 1000
+
+
+def test_a_robot_that_repeats_its_trials_needs_no_reference(tmp_path: Path) -> None:
+    evolve(tmp_path / "run", GOAL, "reference.every=5")
+    assert JournalReader(tmp_path / "run").references() == []
+    with pytest.raises(NotARun, match="no reference runs"):
+        CliRunner().invoke(app, ["drift", str(tmp_path / "run")], catch_exceptions=False)
