@@ -56,7 +56,9 @@ def virtual(
     battery_s: Annotated[
         float, typer.Option("--battery-s", min=0.1, help="Driven time that the battery lasts.")
     ] = 3600.0,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Of the body's noise and gap.")] = 1,
+    seed: Annotated[
+        int, typer.Option("--seed", min=0, help="Of the body's noise, and of its gap: another seed is another robot.")
+    ] = 1,
     overrides: Overrides = None,
 ) -> None:
     """Switch on a virtual robot: our firmware on a virtual board, a simulated body on its pins, a port like a real one.
