@@ -265,7 +265,7 @@ class Experiment:
         longest_trial_s = task.max_steps * robot.spec.tick_s
         trials = config.algorithm.population * task.n_trials
         before = [(row[0], Cost(*row[1:])) for row in reader.costs()]
-        forecast = Forecast(task, config.algorithm.generations, trials, longest_trial_s, before)
+        forecast = Forecast(config.algorithm.generations, trials, longest_trial_s, before)
         spent = reader.spent()
         # trials that are not settled are counted when they are
         meter = Meter(limits, _amounts(spent) - Amounts(trials=spent.unsettled), longest_trial_s)
@@ -280,7 +280,7 @@ class Experiment:
             meter,
             forecast,
             config.suspenders.build(),
-            RunFacts(reader.run().name, config.algorithm.generations),
+            RunFacts(reader.run().name, task, config.algorithm.generations),
             confirm=config.operator.confirm,
             whole_generations=config.budget.whole_generations,
             reference=reference.run_if_due,
