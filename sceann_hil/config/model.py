@@ -13,6 +13,7 @@ from pydantic import AfterValidator, Field, SerializeAsAny, model_validator
 from sceann_hil.config.problems import shown
 from sceann_hil.network.coding import Coding, NetworkSize
 from sceann_hil.network.controller import ONE, Dynamics, Neuron
+from sceann_hil.network.phenotype import Phenotype
 from sceann_hil.plugins import AlgorithmConfig, Misfit, RobotConfig, Section, TaskConfig
 from sceann_hil.supervision.budget import BudgetConfig
 from sceann_hil.supervision.drift_settings import ReferenceConfig
@@ -91,9 +92,14 @@ class ExperimentConfig(Section):
         return NetworkSize(spec.n_sensors, self.controller.n_hidden, spec.n_motors)
 
     @property
+    def phenotype(self) -> Phenotype:
+        """How this experiment's genomes become controllers."""
+        return Phenotype(self.controller.coding, self.size, self.controller.dynamics)
+
+    @property
     def genome_length(self) -> int:
         """L, bits of a genome."""
-        return self.controller.coding.genome_length(self.size)
+        return self.phenotype.genome_length
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:

@@ -37,7 +37,7 @@ from sceann_hil.recording import RecordingPaths
 from sceann_hil.robot import Robot
 from sceann_hil.robot.task import Task
 from sceann_hil.run.ancestor import Ancestor
-from sceann_hil.run.evaluator import Evaluator, Phenotype
+from sceann_hil.run.evaluator import Evaluator
 from sceann_hil.seeds import Purpose, generator
 from sceann_hil.supervision.budget import Amounts, Meter
 from sceann_hil.supervision.companion import Stoppable
@@ -164,12 +164,6 @@ class Experiment:
             undo.pop_all()
         return experiment
 
-    @property
-    def phenotype(self) -> Phenotype:
-        """How this run's genomes become controllers."""
-        controller = self.config.controller
-        return Phenotype(controller.coding, self.config.size, controller.dynamics)
-
     def evolve(
         self,
         robot: Robot,
@@ -196,7 +190,7 @@ class Experiment:
         desk = desk or Desk(asks=False, stop=lambda: stop() is StopRequest.NOW)
         supervisor = self._supervisor(robot, task, desk, limits)
         evaluator = Evaluator(
-            self.phenotype,
+            self.config.phenotype,
             task,
             robot,
             self.config.seed,
@@ -282,11 +276,11 @@ class Experiment:
         longest_trial_s = task.max_steps * robot.spec.tick_s
         trials = config.algorithm.population * task.n_trials
         before = [(row[0], Cost(*row[1:])) for row in reader.costs()]
-        forecast = Forecast(task, config.algorithm.generations, trials, longest_trial_s, before)
+        forecast = Forecast(config.algorithm.generations, trials, longest_trial_s, before)
         spent = reader.spent()
         # trials that are not settled are counted when they are
         meter = Meter(limits, _amounts(spent) - Amounts(trials=spent.unsettled), longest_trial_s)
-        reference = ReferenceRuns(config.reference, self.phenotype, task, robot, config.seed, self.journal)
+        reference = ReferenceRuns(config.reference, self.config.phenotype, task, robot, config.seed, self.journal)
         finite = {name: None if value == float("inf") else value for name, value in asdict(limits).items()}
         operators = config.operator.resolved(attended=robot.spec.attended)
         self.journal.begin_session(robot.spec.name, ", ".join(operators) or "none", finite)
@@ -297,7 +291,7 @@ class Experiment:
             meter,
             forecast,
             config.suspenders.build(),
-            RunFacts(reader.run().name, config.algorithm.generations),
+            RunFacts(reader.run().name, task, config.algorithm.generations),
             confirm=config.operator.confirm,
             whole_generations=config.budget.whole_generations,
             reference=reference.run_if_due,

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from sceann_hil.config import ExperimentConfig, parse_config
 from sceann_hil.evolution import State
 from sceann_hil.network.coding import Bits, genome_to_hex
-from sceann_hil.robot import EndReason, Robot, Trials, TrialVoid
+from sceann_hil.robot import Robot
 from sceann_hil.robot.task import Task
 from sceann_hil.seeds import Purpose, generator, keys
 
@@ -137,9 +137,7 @@ class _Evaluator:
     """`sceann_hil.run.evaluator.Evaluator` for many runs and no journal: the same trials, keys and means."""
 
     def __init__(self, config: ExperimentConfig, task: Task, robot: Robot, seeds: NDArray[np.uint64]) -> None:
-        self._coding = config.controller.coding
-        self._size = config.size
-        self._dynamics = config.controller.dynamics
+        self._phenotype = config.phenotype
         self._task = task
         self._robot = robot
         self._seeds = seeds
@@ -165,19 +163,10 @@ class _Evaluator:
     ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
         n, n_trials = len(genomes), self._task.n_trials
         noise = keys(self._seeds[run][:, None], Purpose.TRIAL, number, individual[:, None], np.arange(n_trials), 0)
-        trials = Trials(
-            size=self._size,
-            dynamics=self._dynamics,
-            weights=self._coding.decode(genomes, self._size),
-            genome_index=np.repeat(np.arange(n, dtype=np.int32), n_trials),
-            starts=np.tile(self._task.starts, (n, 1)),
-            keys=noise.reshape(-1),
-            max_steps=self._task.max_steps,
-            ids=np.arange(n * n_trials),
+        weights = self._phenotype.decode(genomes)
+        results = self._robot.run(
+            self._task.trials(self._phenotype, weights, np.arange(n)[:, None], np.arange(n_trials), noise)
         )
-        results = self._robot.run(trials)
-        if results.end_reasons.max() >= EndReason.LINK_LOST:
-            reason = EndReason(int(results.end_reasons.max()))
-            raise TrialVoid(f"a simulated trial ended with {reason.name.lower()}, which is no result")
+        results.must_count()
         fitness = self._task.fitness(results).reshape(n, n_trials).mean(axis=1)
         return fitness, self._task.succeeded(results).reshape(n, n_trials).sum(axis=1)

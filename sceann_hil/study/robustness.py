@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from sceann_hil.config import ExperimentConfig, dump_config, parse_config
 from sceann_hil.errors import ConfigError
 from sceann_hil.network.coding import Bits
-from sceann_hil.robot import Trials
 from sceann_hil.seeds import Purpose, keys
 
 REPEATS = 20
@@ -128,17 +127,11 @@ def _success(
             n = len(some)
             number = np.arange(first, first + n)[:, None]
             noise = keys(config.seed, Purpose.TRIAL, disturbance, level, number, np.arange(per_genome))
-            trials = Trials(
-                size=config.size,
-                dynamics=config.controller.dynamics,
-                weights=config.controller.coding.decode(some, config.size),
-                genome_index=np.repeat(np.arange(n, dtype=np.int32), per_genome),
-                starts=np.tile(task.starts, (n * repeats, 1)),
-                keys=noise.reshape(-1),
-                max_steps=task.max_steps,
-                ids=np.arange(n * per_genome),
-            )
-            found.append(task.succeeded(robot.run(trials)).reshape(n, per_genome).mean(axis=1))
+            trial = np.tile(np.arange(task.n_trials), repeats)
+            weights = config.phenotype.decode(some)
+            results = robot.run(task.trials(config.phenotype, weights, np.arange(n)[:, None], trial, noise))
+            results.must_count()
+            found.append(task.succeeded(results).reshape(n, per_genome).mean(axis=1))
     return np.concatenate(found)
 
 

@@ -14,9 +14,9 @@ import numpy as np
 
 from sceann_hil.journal import AttemptKind, Journal, Slots
 from sceann_hil.network.coding import genome_from_hex
+from sceann_hil.network.phenotype import Phenotype
 from sceann_hil.robot import EmergencyStop, EndReason, Results, Robot, RobotFault, Trials
 from sceann_hil.robot.task import Task
-from sceann_hil.run.evaluator import Phenotype
 from sceann_hil.seeds import Purpose, keys
 from sceann_hil.supervision.drift_settings import ReferenceConfig
 
@@ -164,15 +164,7 @@ class ReferenceRuns:
 
     def _trials(self, genome: str, trial: int, number: int) -> Trials:
         phenotype = self._phenotype
-        bits = genome_from_hex(genome, phenotype.coding.genome_length(phenotype.size))
-        return Trials(
-            size=phenotype.size,
-            dynamics=phenotype.dynamics,
-            weights=phenotype.coding.decode(bits[None], phenotype.size),
-            genome_index=np.zeros(1, np.int32),
-            starts=self._task.starts[trial][None],
-            keys=keys(self._root_seed, Purpose.REFERENCE, number),
-            max_steps=self._task.max_steps,
-            ids=np.array([_FIRST_ID + number]),
-            run_id=self._run_id,
-        )
+        bits = genome_from_hex(genome, phenotype.genome_length)
+        noise = keys(self._root_seed, Purpose.REFERENCE, number)
+        ids = np.array([_FIRST_ID + number])
+        return self._task.trials(phenotype, phenotype.decode(bits[None]), 0, trial, noise, ids, run_id=self._run_id)
