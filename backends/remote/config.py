@@ -12,7 +12,6 @@ from pydantic import Field, SerializeAsAny, ValidationError, field_validator, mo
 
 import sceann_hil.link.serial_bus as serial_bus
 from backends.remote.connection import RemoteSettings
-from backends.remote.ends import SensorEnd, SensorWatch, TaskEnd
 from backends.remote.robot import RemoteRobot
 from backends.simulation.engine import SimulatedRobot
 from sceann_hil import registry
@@ -22,6 +21,7 @@ from sceann_hil.link.vocabulary import MAX_MOTORS, MAX_SENSORS, Mode
 from sceann_hil.plugins import Misfit, RobotConfig, Section
 from sceann_hil.registry import Group
 from sceann_hil.robot import EndReason, RobotSpec
+from sceann_hil.robot.sensor_ends import SensorEnd, SensorWatch, TaskEnd
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
 
