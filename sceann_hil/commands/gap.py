@@ -15,7 +15,7 @@ from sceann_hil.commands.arguments import AsJson, OperatorOption, RunDirectory, 
 from sceann_hil.commands.measured import measured
 from sceann_hil.config import ExperimentConfig, with_robot_of
 from sceann_hil.errors import ConfigError, NotARun
-from sceann_hil.journal import IndividualRow, JournalReader
+from sceann_hil.journal import AttemptKind, IndividualRow, JournalReader
 from sceann_hil.robot import GapEstimate
 from sceann_hil.run.replay import journalled_config
 from sceann_hil.study.gap import GapReport, Spread
@@ -129,7 +129,7 @@ def drift(directory: RunDirectory, as_json: AsJson = False) -> None:
 
     Example: sceann drift runs/first
     """
-    rows = JournalReader(directory).references()
+    rows = JournalReader(directory).attempts_of_kind(AttemptKind.REFERENCE)
     if not rows:
         raise NotARun(
             f"{directory} has no reference runs.", "Ask for some in the configuration: reference: {every: 50}."
