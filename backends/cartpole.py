@@ -185,5 +185,5 @@ class CartPoleConfig(RobotConfig):
             integrator=self.integrator,
             velocity_range_m_s=self.velocity_range_m_s,
             angular_velocity_range_rad_s=self.angular_velocity_range_rad_s,
-            gap=self.gap.build(),
+            gap=self.gap.build(self.n_sensors, 1),
         )

@@ -224,4 +224,4 @@ class DifferentialDriveConfig(RobotConfig):
 
     def build(self) -> DifferentialDrive:
         settings = {name: getattr(self, name) for name in type(self).model_fields if name not in ("type", "gap")}
-        return DifferentialDrive(**settings, gap=self.gap.build())
+        return DifferentialDrive(**settings, gap=self.gap.build(self.n_sensors, 2))

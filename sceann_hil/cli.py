@@ -1,32 +1,18 @@
-"""The `sceann` command: one function per command in `sceann_hil.commands`, and what happens to errors."""
+"""The `sceann` command: options of its own, and what happens to errors. The commands are in `sceann_hil.commands`."""
 
 from __future__ import annotations
 
 import sys
-from importlib.metadata import entry_points
+from importlib.metadata import version
+from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.markup import escape
 
-from sceann_hil.commands import (
-    champion,
-    evolve,
-    firmware,
-    gap,
-    hardware,
-    inspect,
-    landscape,
-    observe,
-    prepare,
-    rehearse,
-    report,
-    study,
-)
-from sceann_hil.errors import as_user_error
+from sceann_hil.commands.lazy import LazyCommands, add_placeholders
 
 app = typer.Typer(
     name="sceann",
+    cls=LazyCommands,
     help="Evolve tiny neural controllers in simulation, then go on with a real robot.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -34,11 +20,22 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="Exit codes: see docs/exit-codes.md. Start with: sceann evolve configs/quickstart.yaml",
 )
-MODULES = (prepare, rehearse, evolve, inspect, observe, gap, study, landscape, report, champion, firmware, hardware)
-for module in MODULES:
-    module.register(app)
-for entry in entry_points(group="sceann_hil.commands"):
-    entry.load()(app)
+add_placeholders(app)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"sceann-hil {version('sceann-hil')}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    show_version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    """Evolve tiny neural controllers in simulation, then go on with a real robot."""
 
 
 def main() -> None:
@@ -46,6 +43,11 @@ def main() -> None:
     try:
         app()
     except Exception as error:
+        from rich.console import Console
+        from rich.markup import escape
+
+        from sceann_hil.errors import as_user_error
+
         told = as_user_error(error)
         if told is None:
             raise

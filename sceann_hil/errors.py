@@ -8,12 +8,12 @@ people.
 from __future__ import annotations
 
 import errno
+import re
 import sqlite3
 from enum import IntEnum
+from importlib import metadata
 from pathlib import Path
 from typing import ClassVar, Self
-
-from sceann_hil.robot import EmergencyStop, LinkError, RobotError, RobotFault, TrialVoid
 
 
 class ExitCode(IntEnum):
@@ -32,6 +32,7 @@ class ExitCode(IntEnum):
     USAGE = 2, "The command line could not be understood."
     CONFIG = 3, "The configuration is wrong; nothing was started."
     PLUGIN = 4, "A robot, task or algorithm package is missing, broken, or collides with another."
+    PACKAGE_MISSING = 5, "A Python package that this command needs is not installed."
     NOT_A_RUN = 10, "The folder or file is not a run, or holds no such trial."
     RUN_EXISTS = 11, "There is something at this place already; it was not touched."
     RUN_IS_NEWER = 12, "The run was written by a newer version of sceann."
@@ -88,6 +89,12 @@ class PluginError(UserError):
     """A robot, task or algorithm cannot be found or loaded, or two packages claim one name."""
 
     exit_code = ExitCode.PLUGIN
+
+
+class PackageMissing(UserError):
+    """A command needs a Python package that this installation does without."""
+
+    exit_code = ExitCode.PACKAGE_MISSING
 
 
 class NotARun(UserError):
@@ -222,15 +229,17 @@ class InterruptedNow(UserError):
     exit_code = ExitCode.INTERRUPTED_NOW
 
 
-_OF_A_ROBOT: dict[type[RobotError], tuple[type[UserError], str]] = {
-    LinkError: (
-        RobotUnreachable,
-        "Check power, cable and port, then try again; `sceann resume` goes on with a run that has begun.",
-    ),
-    TrialVoid: (TrialsKeepFailing, "Find out why the trials fail, then `sceann resume` the run."),
-    RobotFault: (RobotIsFaulty, "Look at the robot before you `sceann resume` the run."),
-    EmergencyStop: (RobotWasStopped, "Make sure that it is safe, then `sceann resume` the run."),
-}
+class ToldAs(Exception):
+    """An error inside the framework that a user is told as another one, with advice.
+
+    Attributes:
+        user_error: what it is to a user; None for a bug.
+        advice: what to do about it.
+    """
+
+    user_error: ClassVar[type[UserError] | None] = None
+    advice: ClassVar[str] = ""
+
 
 _CANNOT_WRITE = (
     *(errno.EACCES, errno.EPERM, errno.EROFS),
@@ -247,9 +256,13 @@ def as_user_error(error: BaseException) -> UserError | None:
     """
     if isinstance(error, UserError):
         return error
-    for robot_error, (user_error, hint) in _OF_A_ROBOT.items():
-        if isinstance(error, robot_error):
-            return user_error(str(error), hint)
+    if isinstance(error, ToldAs) and error.user_error is not None:
+        return error.user_error(str(error), error.advice)
+    if isinstance(error, ModuleNotFoundError) and (requirement := requirement_of(error.name or "")):
+        return PackageMissing(
+            f"This needs the Python package {requirement.partition(';')[0]}, which is not installed here.",
+            f"pip install '{requirement.partition(';')[0]}'",
+        )
     if isinstance(error, KeyboardInterrupt):
         return InterruptedNow(ExitCode.INTERRUPTED_NOW.meaning, "`sceann resume` continues the run.")
     if getattr(error, "sqlite_errorcode", None) == sqlite3.SQLITE_FULL:
@@ -264,6 +277,26 @@ def as_user_error(error: BaseException) -> UserError | None:
         if not folder.is_dir():
             return CannotWrite(f"{_where(error)}: there is no folder {folder}.", "Make it, or choose another place.")
     return None
+
+
+_DISTRIBUTIONS = {
+    "can": "python-can",
+    "markdown_it": "markdown-it-py",
+    "rerun": "rerun-sdk",
+    "serial": "pyserial",
+    "yaml": "pyyaml",
+}
+"""Of modules whose name is not that of the package that has to be installed."""
+
+
+def requirement_of(module: str) -> str:
+    """What to install for a module, such as ``scipy>=1.14``; empty if it is none that this package asks for."""
+    top = module.partition(".")[0]
+    name = _DISTRIBUTIONS.get(top, top.replace("_", "-"))
+    for requirement in metadata.requires("sceann-hil") or []:
+        if re.match(rf"{re.escape(name)}\b(?!-)", requirement):
+            return requirement
+    return ""
 
 
 def _where(error: OSError) -> str:

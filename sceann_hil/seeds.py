@@ -24,6 +24,7 @@ class Purpose(IntEnum):
     RUN = 5
     REFERENCE = 6
     REPEAT = 7
+    ROBOT = 8
 
 
 def generator(root_seed: int, purpose: Purpose, *numbers: int) -> np.random.Generator:

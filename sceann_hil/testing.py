@@ -12,6 +12,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 
@@ -153,7 +154,7 @@ class RobotConformance(ABC):
             one = self._trials(robot, self.max_steps, first_id=40_000).take(slice(0, 1))
             results = robot.settle(one)
             _check(len(results) == 1, f"settle: expected one result, got {len(results)}")
-            if not EndReason(results.end_reasons[0]).is_void:
+            if results.counts[0]:
                 _check(int(results.steps[0]) >= 1, "settle: a result without a step")
 
     # -- tools ------------------------------------------------------------------------------------------------------
@@ -183,20 +184,8 @@ class RobotConformance(ABC):
     def _counted(self, robot: Robot, trials: Trials) -> Results:
         """Results that count; a void attempt is made again under another number, as the evaluator does."""
         for attempt in range(_VOID_ATTEMPTS):
-            results = robot.run(
-                Trials(
-                    trials.size,
-                    trials.dynamics,
-                    trials.weights,
-                    trials.genome_index,
-                    trials.starts,
-                    trials.keys,
-                    trials.max_steps,
-                    trials.ids + 1000 * attempt,
-                    trials.run_id,
-                )
-            )
-            if not any(EndReason(reason).is_void for reason in results.end_reasons):
+            results = robot.run(replace(trials, ids=trials.ids + 1000 * attempt))
+            if results.counts.all():
                 return results
         raise RobotError(f"all of {_VOID_ATTEMPTS} attempts were void: {', '.join(robot.health().messages)}")
 

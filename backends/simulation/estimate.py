@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 
 from backends.simulation.engine import SimulatedRobot
 from backends.simulation.stepwise import StepwiseBody
@@ -32,6 +31,8 @@ def estimate_gap(robot: SimulatedRobot, starts: NDArray[np.float64], traces: tup
         starts: start values of each trace's trial, shape ``(n, n_start)``.
         traces: of the robot.
     """
+    from scipy.optimize import minimize_scalar  # half a second to import, and a body is used without it
+
     body = StepwiseBody(robot)
     used = [(start, trace) for start, trace in zip(starts, traces, strict=True) if len(trace.sensors) > 2]
     # the longest ones say most; a trial that ended at once says nothing of latency

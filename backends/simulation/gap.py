@@ -1,12 +1,13 @@
 """The reality gap: how a simulated body can be as imperfect as a real one.
 
-Every quantity is a fixed number or drawn per trial from the seed tree. With all at their defaults the simulation is the
-paper's and costs nothing extra.
+Every quantity is a fixed number or drawn from the seed tree: anew for each trial, or once for a robot's whole life.
+With all at their defaults the simulation is the paper's and costs nothing extra.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from backends.simulation.noise import CHANNELS, normal_pair
 from sceann_hil.network.compiled import compiled_part
 from sceann_hil.network.neurons import LANES
-from sceann_hil.seeds import uniforms
+from sceann_hil.seeds import Purpose, keys, uniforms
 
 _F = np.float32
 _U = np.uint32
@@ -29,7 +30,7 @@ GAP_FIXED = 4
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """One gap parameter: a fixed number, or drawn anew for every trial (and sensor or motor).
+    """One gap parameter: a fixed number, or drawn for every trial or robot (and sensor or motor).
 
     Attributes:
         centre: the number, the middle of a uniform range, or the mean of a normal distribution.
@@ -46,6 +47,10 @@ class Spread:
         return self.centre + self.half_width * (2.0 * rng_uniform - 1.0) + self.deviation * rng_normal
 
 
+Spreads = Spread | tuple[Spread, ...]
+"""One for all sensors or motors, drawn for each; or one for each of them, in their order."""
+
+
 @dataclass(frozen=True, slots=True)
 class Gap:
     """Sensor and motor imperfections of one body.
@@ -56,42 +61,79 @@ class Gap:
     Attributes:
         sensor_offset: added to each sensor, in units of full scale; drawn per sensor.
         sensor_gain: factor on each sensor; drawn per sensor.
-        sensor_noise: standard deviation of noise at each step, in units of full scale; drawn per trial.
+        sensor_noise: standard deviation of noise at each step, in units of full scale; one for all sensors.
         motor_gain: factor on each motor's distance from neutral; drawn per motor.
         motor_dead_band: distance from neutral, in units of full scale, below which a motor does not move.
         latency_steps: control steps between a motor value and its effect, 0..`MAX_LATENCY_STEPS`, rounded.
+        robot_number: None draws anew for every trial; a number draws once, for the robot of this number. Noise at each
+            step is a trial's own in either case.
     """
 
-    sensor_offset: Spread = Spread(0.0)
-    sensor_gain: Spread = Spread(1.0)
+    sensor_offset: Spreads = Spread(0.0)
+    sensor_gain: Spreads = Spread(1.0)
     sensor_noise: Spread = Spread(0.0)
-    motor_gain: Spread = Spread(1.0)
+    motor_gain: Spreads = Spread(1.0)
     motor_dead_band: Spread = Spread(0.0)
     latency_steps: Spread = Spread(0.0)
+    robot_number: int | None = None
 
     @property
     def is_none(self) -> bool:
         """True for the paper's perfect body."""
-        return self == Gap()
+        return replace(self, robot_number=None) == Gap()
 
-    def draw(self, keys: NDArray[np.uint64], n_sensors: int, n_motors: int, neutral: float) -> NDArray[np.float32]:
-        """The gap of each trial, from its noise key alone.
+    def of_robot(self, number: int) -> Gap:
+        """The gap of one robot, the same in all its trials; a gap that is one robot's already is kept."""
+        return replace(self, robot_number=number) if self.robot_number is None else self
+
+    def draw(
+        self, trial_keys: NDArray[np.uint64], n_sensors: int, n_motors: int, neutral: float
+    ) -> NDArray[np.float32]:
+        """The gap of each trial, from its noise key alone; of a robot, from its number alone.
 
         Returns:
             Shape ``(n, GAP_FIXED + 2 n_sensors + n_motors)``: the fixed rows, sensor offsets, sensor gains, motor
             gains; shape ``(0, 0)`` if there is no gap.
+
+        Raises:
+            ValueError: values for another number of sensors or motors.
         """
         if self.is_none:
             return np.zeros((0, 0), np.float32)
+        if self.robot_number is not None:
+            one = replace(self, robot_number=None).draw(
+                keys(self.robot_number, Purpose.ROBOT), n_sensors, n_motors, neutral
+            )
+            return np.repeat(one, len(trial_keys), axis=0)
         columns = [self.sensor_noise, self.motor_dead_band, self.latency_steps]
-        columns += [self.sensor_offset] * n_sensors + [self.sensor_gain] * n_sensors
-        columns += [self.motor_gain] * n_motors
-        uniform = uniforms(keys, 3 * len(columns)).reshape(len(keys), 3, len(columns))
+        columns += each("sensor_offset", self.sensor_offset, n_sensors, "sensors")
+        columns += each("sensor_gain", self.sensor_gain, n_sensors, "sensors")
+        columns += each("motor_gain", self.motor_gain, n_motors, "motors")
+        uniform = uniforms(trial_keys, 3 * len(columns)).reshape(len(trial_keys), 3, len(columns))
         normal = np.sqrt(-2.0 * np.log1p(-uniform[:, 1])) * np.cos(2.0 * np.pi * uniform[:, 2])
         drawn = np.stack([spread.draw(uniform[:, 0, c], normal[:, c]) for c, spread in enumerate(columns)], axis=1)
         drawn[:, 0:2] = np.maximum(drawn[:, 0:2], 0.0)
         drawn[:, 2] = np.clip(np.rint(drawn[:, 2]), 0, MAX_LATENCY_STEPS)
         return np.insert(drawn, GAP_FIXED - 1, neutral, axis=1).astype(np.float32)
+
+
+def each(name: str, spreads: Spreads, count: int, things: str) -> Sequence[Spread]:
+    """One spread for each sensor or motor.
+
+    Args:
+        name: of the quantity, for the message.
+        spreads: what the gap says.
+        count: how many there are.
+        things: what they are, for the message.
+
+    Raises:
+        ValueError: there are not as many.
+    """
+    if isinstance(spreads, Spread):
+        return [spreads] * count
+    if len(spreads) != count:
+        raise ValueError(f"{name}: expected one value, or one for each of {count} {things}, got {len(spreads)} values")
+    return spreads
 
 
 @compiled_part

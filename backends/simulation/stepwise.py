@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from backends.simulation.engine import SimulatedRobot
-from backends.simulation.gap import GAP_FIXED, MAX_LATENCY_STEPS, apply_motor_gap, apply_sensor_gap
+from backends.simulation.gap import GAP_FIXED, MAX_LATENCY_STEPS, Gap, apply_motor_gap, apply_sensor_gap
 from backends.simulation.lanes import RUNNING, WORK_ROWS, Advance, Sense, fill_normals
 from sceann_hil.network.compiled import compiled
 from sceann_hil.network.controller import ONE
@@ -74,14 +74,19 @@ def _move(
 class StepwiseBody:
     """One body of a simulated robot.
 
+    Args:
+        robot: whose body it is.
+        gap: instead of the robot's own gap.
+
     Attributes:
         robot: whose body it is.
         state: body state now, float32, shape ``(n_state,)`` (a view).
         steps: ticks since `reset`.
     """
 
-    def __init__(self, robot: SimulatedRobot) -> None:
+    def __init__(self, robot: SimulatedRobot, gap: Gap | None = None) -> None:
         self.robot = robot
+        self._gap = robot.gap if gap is None else gap
         spec = robot.spec
         body = (type(robot).sense, type(robot).advance)
         if body not in _bound:
@@ -112,7 +117,7 @@ class StepwiseBody:
         """
         spec = self.robot.spec
         self._state[:] = np.asarray(start, np.float64).astype(np.float32)[:, None]
-        gap = self.robot.gap.draw(np.array([key], np.uint64), spec.n_sensors, spec.n_motors, self.robot.neutral_motor)
+        gap = self._gap.draw(np.array([key], np.uint64), spec.n_sensors, spec.n_motors, self.robot.neutral_motor)
         self._lane_gap = np.repeat(gap.T, LANES, axis=1) if len(gap) else np.zeros((0, LANES), np.float32)
         self._lane_gap = np.ascontiguousarray(self._lane_gap)
         if len(gap):

@@ -42,12 +42,12 @@ class VirtualBody:
 
     Args:
         robot: whose body and gap.
-        seed: of its noise; every placing draws a new gap.
+        seed: of its noise, and of its gap: one robot has one gap for its whole life.
         battery: see `Battery`.
     """
 
     def __init__(self, robot: SimulatedRobot, seed: int = 1, battery: Battery = Battery()) -> None:
-        self._body = StepwiseBody(robot)
+        self._body = StepwiseBody(robot, robot.gap.of_robot(seed))
         self._body.prepare()
         self._neutral = [round(robot.neutral_motor * ONE)] * robot.spec.n_motors
         self._motors = self._neutral

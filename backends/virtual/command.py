@@ -6,22 +6,20 @@ import signal
 import socket
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-import yaml
-from rich.console import Console
 
+from sceann_hil.commands import Topic
 from sceann_hil.commands.arguments import Overrides
-from sceann_hil.config import dump_config, load_config
-from sceann_hil.config.model import ExperimentConfig
-from sceann_hil.errors import ConfigError
-from sceann_hil.firmware.build import board_named
+
+if TYPE_CHECKING:
+    from sceann_hil.config import ExperimentConfig
 
 
 def register(app: typer.Typer) -> None:
-    """Add this module's command."""
-    app.command()(virtual)
+    """Add this module's command. `sceann --help` imports this module: what the command needs, it imports itself."""
+    app.command(rich_help_panel=Topic.ROBOT.value)(virtual)
 
 
 def virtual(
@@ -58,16 +56,24 @@ def virtual(
     battery_s: Annotated[
         float, typer.Option("--battery-s", min=0.1, help="Driven time that the battery lasts.")
     ] = 3600.0,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Of the body's noise and gap.")] = 1,
+    seed: Annotated[
+        int, typer.Option("--seed", min=0, help="Of the body's noise, and of its gap: another seed is another robot.")
+    ] = 1,
     overrides: Overrides = None,
 ) -> None:
-    """Be a robot: our firmware on a virtual board, a simulated body on its pins, a port like a real one.
+    """Switch on a virtual robot: our firmware on a virtual board, a simulated body on its pins, a port like a real one.
 
     Runs until Ctrl-C. A rig at a TCP port puts the body back, so that nobody has to stand beside it.
 
     Example: sceann virtual posix configs/quickstart.yaml --set robot.gap.sensor_noise=0.01 --write robot.yaml
     """
+    import yaml
+    from rich.console import Console
+
     from backends.virtual.power import VirtualRobot, switch_on
+    from sceann_hil.config import load_config
+    from sceann_hil.errors import ConfigError
+    from sceann_hil.firmware.build import board_named
 
     settings = load_config(config, overrides or []) if config is not None else None
     with ExitStack() as stack:
@@ -98,6 +104,10 @@ def virtual(
 
 
 def _with_robot(settings: ExperimentConfig, section: dict[str, Any]) -> str:
+    import yaml
+
+    from sceann_hil.config import dump_config
+
     document = yaml.safe_load(dump_config(settings))
     document["robot"] = section
     return yaml.safe_dump(document, sort_keys=False)

@@ -8,8 +8,6 @@ from typing import Annotated, Any
 
 import typer
 
-from sceann_hil.timespans import parse_duration_s
-
 RunDirectory = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run.", show_default=False)]
 ConfigFile = Annotated[Path, typer.Argument(metavar="CONFIG", help="A YAML file.", show_default=False)]
 Overrides = Annotated[
@@ -52,6 +50,8 @@ def more_of(robot: str | None, wall: str | None, trials: int | None) -> dict[str
     Raises:
         typer.BadParameter: a time is no time.
     """
+    from sceann_hil.timespans import parse_duration_s  # pydantic comes with it, and the help needs none
+
     try:
         times = {"robot_s": robot and parse_duration_s(robot), "wall_s": wall and parse_duration_s(wall)}
     except ValueError as error:

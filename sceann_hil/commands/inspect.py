@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from itertools import groupby
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
 from rich.table import Table
 
 from sceann_hil.commands.arguments import AsJson, RunDirectory, print_json
+from sceann_hil.config import outline_of
 from sceann_hil.errors import ReplayDiffers
 from sceann_hil.journal import JournalReader, RunLock
 from sceann_hil.journal.tables import export_csv
-from sceann_hil.run.replay import Comparison, journalled_config, replay
+
+if TYPE_CHECKING:
+    from sceann_hil.run.replay import Comparison
 
 
 def register(app: typer.Typer) -> None:
@@ -30,9 +33,10 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
     Example: sceann status runs/first
     """
     reader = JournalReader(directory)
-    run, config = reader.run(), journalled_config(reader)
+    run = reader.run()
+    outline = outline_of(run.config, f"{directory}: journalled configuration")
     generations, champion = reader.generations(finished=True), reader.champion()
-    last = config.algorithm.generations
+    last = outline.generations
     finished = len(generations) == last + 1
     state = "finished" if finished else "running" if RunLock.is_held(directory) else "stopped"
     best = max(generations, key=lambda row: row.best_fitness or 0.0, default=None)
@@ -59,8 +63,8 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
     table = Table(show_header=False, title=f"{run.name}: {state}")
     table.add_row("folder", str(directory))
     table.add_row("created", run.created_at)
-    table.add_row("task, robot", f"{config.task.type}, {config.robot.type}")
-    table.add_row("algorithm, coding", f"{config.algorithm.type}, {config.controller.coding.value}")
+    table.add_row("task, robot", f"{outline.task}, {outline.robot}")
+    table.add_row("algorithm, coding", f"{outline.algorithm}, {outline.coding}")
     table.add_row("root seed", str(run.root_seed))
     table.add_row("generations", f"{len(generations)} of {last + 1}")
     table.add_row("trials", str(document["trials"]))
@@ -89,6 +93,8 @@ def replay_trial(
     """
     if (trial is None) is not every:
         raise typer.BadParameter("name one TRIAL, or give --all")
+    from sceann_hil.run.replay import journalled_config, replay  # bodies and their compiled code
+
     reader = JournalReader(directory)
     config = journalled_config(reader)
     if trial is not None:

@@ -18,7 +18,6 @@ from sceann_hil.config import ExperimentConfig
 from sceann_hil.errors import ExitCode, as_user_error
 from sceann_hil.network.coding import Bits
 from sceann_hil.robot import RobotError
-from sceann_hil.run.evaluator import Phenotype
 from sceann_hil.study.gap import Measured, Measurement, measure
 from sceann_hil.supervision.operators.staff import beside
 from sceann_hil.supervision.stopping import Stopped
@@ -43,7 +42,6 @@ def measured(
         The measurement, and the link's timing where there is a link.
     """
     console = Console(stderr=True, highlight=False)
-    phenotype = Phenotype(config.controller.coding, config.size, config.controller.dynamics)
     robot, task = config.robot.build(), config.task.build()
     n_trials = len(genomes) * repeats * task.n_trials
     show = partial(console.print, markup=False, soft_wrap=True)
@@ -59,7 +57,7 @@ def measured(
             write(trial)
             progress(trial)
 
-        measurement = measure(robot, phenotype, task, genomes, repeats, config.seed, desk, report)
+        measurement = measure(robot, config.phenotype, task, genomes, repeats, config.seed, desk, report)
         return measurement, robot.timing
 
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from sceann_hil.run.experiment import Progress as RunProgress
-from sceann_hil.study.gap import Measured
+if TYPE_CHECKING:
+    from sceann_hil.run.experiment import Progress as RunProgress
+    from sceann_hil.study.gap import Measured
 
 _SECONDS_BETWEEN_LINES = 5.0
 

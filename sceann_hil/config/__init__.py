@@ -4,23 +4,56 @@
   `document`, `overrides` (where things stand) and `explain`, `problems` (what to say of them).
 * `ExperimentConfig` and `ControllerConfig` are the models: `model`. The sections `robot`, `task` and
   `algorithm` are plug-ins: `sceann_hil.plugins`, `sceann_hil.registry`.
+* `config_from` takes a mapping instead of a file, `ExperimentConfig.with_changes` changes some keys, `with_robot_of`
+  puts an experiment on another file's robot: `data`.
 * `dump_config` writes the canonical text, `config_difference` compares two: `text`.
+* `outline_of` says what a configuration names, without its plug-ins: `outline`.
 * `json_schema` and `schema_text` are for editors: `schema`.
+
+The names are imported when they are used: whoever only looks into a run needs none of the models.
 """
 
-from sceann_hil.config.load import load_config, parse_config
-from sceann_hil.config.model import ControllerConfig, ExperimentConfig
-from sceann_hil.config.schema import json_schema, schema_text
-from sceann_hil.config.text import Difference, config_difference, dump_config
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sceann_hil.config.data import config_from, with_robot_of
+    from sceann_hil.config.load import load_config, parse_config
+    from sceann_hil.config.model import ControllerConfig, ExperimentConfig
+    from sceann_hil.config.outline import Outline, outline_of
+    from sceann_hil.config.schema import json_schema, schema_text
+    from sceann_hil.config.text import Difference, config_difference, dump_config
 
 __all__ = [
     "ControllerConfig",
     "Difference",
     "ExperimentConfig",
+    "Outline",
     "config_difference",
+    "config_from",
     "dump_config",
     "json_schema",
     "load_config",
+    "outline_of",
     "parse_config",
     "schema_text",
+    "with_robot_of",
 ]
+
+_MODULES = {
+    "data": ("config_from", "with_robot_of"),
+    "load": ("load_config", "parse_config"),
+    "model": ("ControllerConfig", "ExperimentConfig"),
+    "outline": ("Outline", "outline_of"),
+    "schema": ("json_schema", "schema_text"),
+    "text": ("Difference", "config_difference", "dump_config"),
+}
+_HOME = {name: module for module, names in _MODULES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)

@@ -71,6 +71,12 @@ class _Explainer:
         self._elsewhere = elsewhere
 
     def explain(self, errors: list[ErrorDetails]) -> list[Problem]:
+        problems, rest = self._sorted_out(errors)
+        return problems + [problem for error in rest for problem in self._explain_one(error, rest)]
+
+    def _sorted_out(self, errors: list[ErrorDetails]) -> tuple[list[Problem], list[ErrorDetails]]:
+        """Values of none of the types that they may have, and the errors of the types that were meant, however deep
+        one choice of types stands inside another."""
         by_value: dict[Path, dict[str, list[ErrorDetails]]] = {}
         for error in errors:
             path, tried = self._follow(error)
@@ -78,11 +84,22 @@ class _Explainer:
         problems, rest = [], []
         for tried_types in by_value.values():
             meant = self._meant(tried_types)
-            if meant:
-                rest += meant
-            else:
+            if not meant:
                 problems.append(self._wrong_type([error for errors in tried_types.values() for error in errors]))
-        return problems + [problem for error in rest for problem in self._explain_one(error, rest)]
+            elif self._follow(meant[0])[1]:
+                deeper = self._sorted_out([self._without_first_type(error) for error in meant])
+                problems += deeper[0]
+                rest += deeper[1]
+            else:
+                rest += meant
+        return problems, rest
+
+    def _without_first_type(self, error: ErrorDetails) -> ErrorDetails:
+        """The same error at a location without the first type that was tried."""
+        path, _ = self._follow(error)
+        place = len(path) - len(self._section)
+        location = error["loc"]
+        return {**error, "loc": (*location[:place], *location[place + 1 :])}
 
     def _follow(self, error: ErrorDetails) -> tuple[Path, str]:
         """The path up to the first part of a location that is not in the data: the type that was tried."""
@@ -109,9 +126,13 @@ class _Explainer:
             if not (tried and errors[0]["type"] in _TYPES and self._path(errors[0]) == self._follow(errors[0])[0])
         ]
         meant = min(right_kind, key=len, default=[])
-        if "" not in tried_types and any(error["type"] == "extra_forbidden" for error in meant):
+        if "" not in tried_types and any(self._is_unknown_here(error) for error in meant):
             return [error for error in meant if error["type"] != "missing"]
         return meant
+
+    def _is_unknown_here(self, error: ErrorDetails) -> bool:
+        """An unknown key of the very value whose types were tried, not of one inside it."""
+        return error["type"] == "extra_forbidden" and self._path(error)[:-1] == self._follow(error)[0]
 
     def _explain_one(self, error: ErrorDetails, errors: list[ErrorDetails]) -> list[Problem]:
         path, kind, context = self._path(error), error["type"], error.get("ctx", {})

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Annotated, Self
+from typing import Annotated, Any, Self, cast
 
 from pydantic import AfterValidator, Field, SerializeAsAny, model_validator
 
 from sceann_hil.config.problems import shown
 from sceann_hil.network.coding import Coding, NetworkSize
 from sceann_hil.network.controller import ONE, Dynamics, Neuron
+from sceann_hil.network.phenotype import Phenotype
 from sceann_hil.plugins import AlgorithmConfig, Misfit, RobotConfig, Section, TaskConfig
 from sceann_hil.supervision.budget import BudgetConfig
 from sceann_hil.supervision.drift_settings import ReferenceConfig
@@ -91,9 +92,32 @@ class ExperimentConfig(Section):
         return NetworkSize(spec.n_sensors, self.controller.n_hidden, spec.n_motors)
 
     @property
+    def phenotype(self) -> Phenotype:
+        """How this experiment's genomes become controllers."""
+        return Phenotype(self.controller.coding, self.size, self.controller.dynamics)
+
+    @property
     def genome_length(self) -> int:
         """L, bits of a genome."""
-        return self.controller.coding.genome_length(self.size)
+        return self.phenotype.genome_length
+
+    def with_changes(
+        self, changes: Mapping[str, Any] | None = None, /, *, settings: Sequence[str] = (), **sections: Any
+    ) -> Self:
+        """This configuration with some values replaced, checked as a whole like a file.
+
+        Args:
+            changes: new values by dotted key, such as ``{"algorithm.population": 50, "seed": 3}``. A value replaces
+                what stands there: a section's value is the whole section.
+            settings: ``key.sub=value`` texts, as ``--set`` gives them.
+            sections: further changes whose keys are words: ``robot={"type": "cartpole"}``, ``seed=3``.
+
+        Raises:
+            ConfigError: what is wrong with the result.
+        """
+        from sceann_hil.config.data import changed  # it checks with this model
+
+        return cast(Self, changed(self, {**(changes or {}), **sections}, settings))
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:

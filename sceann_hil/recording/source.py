@@ -16,7 +16,7 @@ from sceann_hil.journal.reader import trial_arrays
 from sceann_hil.network.coding import Weights
 from sceann_hil.network.controller import Dynamics, state_hash
 from sceann_hil.recording.trial import RecordedRun, RecordedTrial, as_id
-from sceann_hil.robot import EndReason, Trace, Trials
+from sceann_hil.robot import EndReason, Trace
 from sceann_hil.run.replay import measured_trace
 
 
@@ -61,8 +61,8 @@ class RunSource:
         row = self._reader.run()
         self.config, self.seed = row.config, row.root_seed
         config = parse_config(row.config, f"the configuration in {run_dir / JOURNAL_NAME}")
-        self._robot, task = config.robot.build(), config.task.build()
-        self._coding, self._dynamics = config.controller.coding, config.controller.dynamics
+        self._robot, self._task = config.robot.build(), config.task.build()
+        self._phenotype = config.phenotype
         spec = self._robot.spec
         self.run = RecordedRun(
             name=as_id(f"{row.name}-{row.root_seed}"),
@@ -70,8 +70,8 @@ class RunSource:
             robot=spec.name,
             size=config.size,
             tick_s=spec.tick_s,
-            max_steps=task.max_steps,
-            best_fitness=task.best_fitness,
+            max_steps=self._task.max_steps,
+            best_fitness=self._task.best_fitness,
             scenery=self._robot.scenery,
         )
         if spec.repeatable:
@@ -86,12 +86,12 @@ class RunSource:
     @property
     def dynamics(self) -> Dynamics:
         """What the networks do besides their weights."""
-        return self._dynamics
+        return self._phenotype.dynamics
 
     def weights_of(self, row: AttemptRow) -> Weights:
         """The network of one attempt, shape ``(n_neurons, n_sources)``."""
-        individual = self._reader.individuals(row.generation)[row.individual]
-        return self._coding.decode(individual.genome_bits(self._coding.genome_length(self.run.size)), self.run.size)
+        individual = self._reader.individuals(row.own_generation)[row.individual]
+        return self._phenotype.decode(individual.genome_bits(self._phenotype.genome_length))
 
     def finished(self) -> list[int]:
         """Numbers of the generations that are finished by now."""
@@ -113,10 +113,10 @@ class RunSource:
         """
         row = next(row for row in self._reader.generations(finished=True) if row.number == number)
         individuals = self._reader.individuals(number)
-        length = self._coding.genome_length(self.run.size)
+        length = self._phenotype.genome_length
         genomes = np.stack([individual.genome_bits(length) for individual in individuals])
         fitness = np.array([individual.fitness for individual in individuals], np.float64)
-        weights = self._coding.decode(genomes, self.run.size)
+        weights = self._phenotype.decode(genomes)
         champion = int(fitness.argmax())
         notes = [(kind, message) for _, generation, kind, message in self._reader.events() if generation == number]
         traced = self._traced if self._robot.spec.repeatable else self._measured
@@ -141,7 +141,7 @@ class RunSource:
         """Trials that nobody can repeat, from what the robot sent: it must agree with what the journal says."""
         recorded = []
         for row in attempts:
-            trace = measured_trace(self._reader, row.id, weights[row.individual], self.run.size, self._dynamics)
+            trace = measured_trace(self._reader, row.id, weights[row.individual], self._phenotype)
             if trace is not None and row.end_reason is not None:
                 _must_agree(row, (row.end_reason, len(trace.sensors), state_hash(trace.u)))
                 recorded.append(_recorded(row, trace, weights, champion))
@@ -149,16 +149,8 @@ class RunSource:
 
     def _traced(self, attempts: list[AttemptRow], weights: Weights, champion: int) -> list[RecordedTrial]:
         starts, keys, ids = trial_arrays(attempts)
-        trials = Trials(
-            size=self.run.size,
-            dynamics=self._dynamics,
-            weights=weights,
-            genome_index=np.array([row.individual for row in attempts], np.int32),
-            starts=starts,
-            keys=keys,
-            max_steps=self.run.max_steps,
-            ids=ids,
-        )
+        individual, trial = [row.individual for row in attempts], [row.trial for row in attempts]
+        trials = self._task.trials(self._phenotype, weights, individual, trial, keys, ids, starts=starts)
         recorded = []
         for first in range(0, len(attempts), _BATCH):
             part = slice(first, first + _BATCH)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from enum import IntEnum
 
+from sceann_hil.errors import RobotIsFaulty, RobotUnreachable, RobotWasStopped, ToldAs, TrialsKeepFailing
+
 
 class EndReason(IntEnum):
     """Why a trial ended. The numbers are stored in journals and sent over the link; they never change.
@@ -31,21 +33,33 @@ class EndReason(IntEnum):
         return self >= EndReason.LINK_LOST
 
 
-class RobotError(Exception):
+class RobotError(ToldAs):
     """Something about the robot; the subclasses say what happens next."""
 
 
 class LinkError(RobotError):
     """The robot cannot be reached: retry, then pause the run."""
 
+    user_error = RobotUnreachable
+    advice = "Check power, cable and port, then try again; `sceann resume` goes on with a run that has begun."
+
 
 class TrialVoid(RobotError):
     """This attempt measured nothing: attempt the trial again within the retry limit."""
+
+    user_error = TrialsKeepFailing
+    advice = "Find out why the trials fail, then `sceann resume` the run."
 
 
 class RobotFault(RobotError):
     """The robot is not as it should be: halt, a person must look."""
 
+    user_error = RobotIsFaulty
+    advice = "Look at the robot before you `sceann resume` the run."
+
 
 class EmergencyStop(RobotError):
     """Somebody pressed stop: halt."""
+
+    user_error = RobotWasStopped
+    advice = "Make sure that it is safe, then `sceann resume` the run."

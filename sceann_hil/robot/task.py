@@ -5,9 +5,11 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from sceann_hil.robot import Results
+from sceann_hil.network.coding import Weights
+from sceann_hil.network.phenotype import Phenotype
+from sceann_hil.robot import Results, Trials
 
 
 class Task(ABC):
@@ -41,6 +43,47 @@ class Task(ABC):
     @abstractmethod
     def succeeded(self, results: Results) -> NDArray[np.bool_]:
         """Which trials reached what the task asks for, shape ``(n,)``."""
+
+    def trials(
+        self,
+        phenotype: Phenotype,
+        weights: Weights,
+        individual: ArrayLike,
+        trial: ArrayLike,
+        keys: ArrayLike,
+        ids: NDArray[np.int64] | None = None,
+        *,
+        starts: NDArray[np.float64] | None = None,
+        run_id: int = 0,
+    ) -> Trials:
+        """Trials of this task: the one place where genomes and task become something that a robot can run.
+
+        `individual`, `trial` and `keys` broadcast against each other; their elements in C order are the trials. So
+        ``np.arange(g)[:, None]`` and ``np.arange(task.n_trials)`` are all trials of g individuals.
+
+        Args:
+            phenotype: what the weights are of.
+            weights: decoded genomes, shape ``(g, n_neurons, n_sources)``.
+            individual: which of them does each trial, 0..g-1.
+            trial: which of the task's trials it is, 0..n_trials-1.
+            keys: its 64-bit noise key from the seed tree.
+            ids: numbers that name the trials in the journal, int64, shape ``(n,)``; 0, 1, 2, ... if nobody says.
+            starts: start values of trials that are in the journal already, shape ``(n, n_start)``; otherwise the
+                task's own.
+            run_id: see `Trials`.
+        """
+        individual, trial, noise = (np.ravel(array) for array in np.broadcast_arrays(individual, trial, keys))
+        return Trials(
+            size=phenotype.size,
+            dynamics=phenotype.dynamics,
+            weights=weights,
+            genome_index=individual.astype(np.int32),
+            starts=self.starts[trial] if starts is None else starts,
+            keys=noise.astype(np.uint64),
+            max_steps=self.max_steps,
+            ids=np.arange(len(individual)) if ids is None else ids,
+            run_id=run_id,
+        )
 
     def instruction(self, trial: int) -> str:
         """What a person has to do before one of an individual's trials."""

@@ -11,7 +11,10 @@ from numpy.typing import NDArray
 
 from sceann_hil.network.coding import NetworkSize, Weights
 from sceann_hil.network.controller import Dynamics
-from sceann_hil.robot.end_reasons import EndReason
+from sceann_hil.robot.end_reasons import EndReason, TrialVoid
+
+_COUNTS = np.zeros(256, np.bool_)
+_COUNTS[[reason for reason in EndReason if not reason.is_void]] = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,6 +130,23 @@ class Results:
             final_states=np.zeros((n, n_state), np.float32),
             durations_s=np.zeros(n, np.float64),
         )
+
+    @property
+    def counts(self) -> NDArray[np.bool_]:
+        """Which trials measured something, shape ``(n,)``; a void or unknown end is never a number."""
+        return np.asarray(_COUNTS[self.end_reasons])
+
+    def must_count(self) -> None:
+        """Refuse to make numbers of trials that measured nothing.
+
+        Raises:
+            TrialVoid: at least one trial is void, or ended for a reason that does not exist.
+        """
+        for place in np.flatnonzero(~self.counts)[:1].tolist():
+            reason = int(self.end_reasons[place])
+            known = reason in EndReason.__members__.values()
+            what = str(EndReason(reason)) if known else f"the unknown reason {reason}"
+            raise TrialVoid(f"trial {place} of {len(self)} ended with {what}, which is no result")
 
     def __len__(self) -> int:
         return len(self.end_reasons)

@@ -11,15 +11,15 @@ from __future__ import annotations
 import copy
 import zlib
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sceann_hil.journal import AttemptRow, Journal, Slots, trial_arrays
-from sceann_hil.network.coding import Bits, Coding, NetworkSize, genome_to_hex
-from sceann_hil.network.controller import Dynamics
-from sceann_hil.robot import EmergencyStop, EndReason, Results, Robot, RobotFault, Trials, TrialVoid
+from sceann_hil.network.coding import Bits, genome_to_hex
+from sceann_hil.network.phenotype import Phenotype
+from sceann_hil.robot import EmergencyStop, EndReason, Results, Robot, RobotFault, TrialVoid
 from sceann_hil.robot.task import Task
 from sceann_hil.seeds import Purpose, keys
 from sceann_hil.supervision.companion import Alone, Attended, Companion
@@ -41,15 +41,6 @@ class Evaluation:
 
     fitness: NDArray[np.float64]
     success_rate: float
-
-
-@dataclass(frozen=True, slots=True)
-class Phenotype:
-    """How a genome becomes a controller."""
-
-    coding: Coding
-    size: NetworkSize
-    dynamics: Dynamics
 
 
 @dataclass(slots=True)
@@ -118,7 +109,7 @@ class Evaluator:
         now = _Generation(
             number=generation,
             genomes=genomes,
-            weights=self._phenotype.coding.decode(genomes, self._phenotype.size),
+            weights=self._phenotype.decode(genomes),
             fitness=np.full((population, n_trials), np.nan),
             succeeded=np.zeros((population, n_trials), np.bool_),
             attempts=np.zeros((population, n_trials), np.int64),
@@ -208,7 +199,16 @@ class Evaluator:
         )
         for part in _batches(len(slots), self._robot.spec.batch_size):
             some = slots.take(part)
-            trials = self._trials(now, some.individual, starts[part], noise[part], ids[part])
+            trials = self._task.trials(
+                self._phenotype,
+                now.weights,
+                some.individual,
+                some.trial,
+                noise[part],
+                ids[part],
+                starts=starts[part],
+                run_id=self._run_id,
+            )
             attended = self._companion.attend(now.number, some, trials, self._robot.settle, self._task)
             self._count(now, ids[part], some, attended)
 
@@ -225,10 +225,12 @@ class Evaluator:
             if not self._companion.ready(now.number, slots):
                 queue.extend(batch)
                 continue
-            starts = self._task.starts[slots.trial]
             noise = keys(self._root_seed, Purpose.TRIAL, now.number, slots.individual, slots.trial, slots.attempt)
-            ids = self._journal.intend(now.number, slots, starts, noise)
-            trials = self._trials(now, slots.individual, starts, noise, ids)
+            planned = self._task.trials(
+                self._phenotype, now.weights, slots.individual, slots.trial, noise, run_id=self._run_id
+            )
+            ids = self._journal.intend(now.number, slots, planned.starts, planned.keys)
+            trials = replace(planned, ids=ids)
             attended = self._companion.attend(now.number, slots, trials, self._robot.run, self._task)
             now.attempts[individual, trial] += 1
             self._count(now, ids, slots, attended)
@@ -242,7 +244,7 @@ class Evaluator:
         results = attended.results
         values = self._task.fitness(results)
         self._journal.record(ids, results, values, attended.circumstances)
-        counts = np.array([not EndReason(reason).is_void for reason in results.end_reasons], np.bool_)
+        counts = results.counts
         individual, trial = slots.individual[counts], slots.trial[counts]
         now.fitness[individual, trial] = values[counts]
         now.succeeded[individual, trial] = self._task.succeeded(results)[counts]
@@ -257,26 +259,6 @@ class Evaluator:
 
     def _with_complaints(self, what: str) -> str:
         return ": ".join((what, *self._robot.health().messages))
-
-    def _trials(
-        self,
-        now: _Generation,
-        individual: NDArray[np.int64],
-        starts: NDArray[np.float64],
-        noise: NDArray[np.uint64],
-        ids: NDArray[np.int64],
-    ) -> Trials:
-        return Trials(
-            size=self._phenotype.size,
-            dynamics=self._phenotype.dynamics,
-            weights=now.weights,
-            genome_index=individual.astype(np.int32),
-            starts=starts,
-            keys=noise,
-            max_steps=self._task.max_steps,
-            ids=ids,
-            run_id=self._run_id,
-        )
 
     def _check_retries(self, now: _Generation, slots: Slots) -> None:
         failures = now.failures[slots.individual, slots.trial]

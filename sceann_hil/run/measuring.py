@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sceann_hil.network.coding import Bits
+from sceann_hil.network.phenotype import Phenotype
 from sceann_hil.robot import EmergencyStop, EndReason, Results, Robot, RobotFault, Trace, Trials, TrialVoid
 from sceann_hil.robot.task import Task
-from sceann_hil.run.evaluator import RETRY_LIMIT, Phenotype
+from sceann_hil.run.evaluator import RETRY_LIMIT
 from sceann_hil.seeds import Purpose, keys
 from sceann_hil.supervision.operators import Desk, Phase, Situation, Verb
 
@@ -94,20 +95,11 @@ def measure(
         TrialVoid: a trial came to nothing too often.
         Stopped, RobotError: see `Desk` and `Robot.run`.
     """
-    weights = phenotype.coding.decode(genomes, phenotype.size)
     shape = (len(genomes), repeats, task.n_trials)
     genome, repeat, trial = (axis.ravel() for axis in np.indices(shape))
-    trials = Trials(
-        size=phenotype.size,
-        dynamics=phenotype.dynamics,
-        weights=weights,
-        genome_index=genome.astype(np.int32),
-        starts=task.starts[trial],
-        keys=keys(root_seed, Purpose.REPEAT, genome, repeat, trial),
-        max_steps=task.max_steps,
-        ids=np.arange(genome.size),  # every attempt gets a number of its own
-        run_id=root_seed % 65_521,
-    )
+    noise = keys(root_seed, Purpose.REPEAT, genome, repeat, trial)
+    # every attempt gets a number of its own later
+    trials = task.trials(phenotype, phenotype.decode(genomes), genome, trial, noise, run_id=root_seed % 65_521)
     asks = desk is not None and desk.asks and robot.spec.attended
     # a robot refuses the number that it ran last, be it of an attempt that was void or of a measurement before this one
     numbers = count(_FIRST_ID + secrets.randbelow(65_535))
@@ -144,7 +136,7 @@ def _one(robot: Robot, task: Task, trials: Trials, desk: Desk | None, trial: int
             raise EmergencyStop("an emergency stop ended the trial")
         if EndReason.FAULT in reasons:
             raise RobotFault("the trial ended with a fault")
-        if not any(reason.is_void for reason in reasons):
+        if results.counts.all():
             return results
         told = "; ".join((*map(str, set(reasons)), *robot.health().messages))
     raise TrialVoid(

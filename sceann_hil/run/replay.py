@@ -9,8 +9,9 @@ import numpy as np
 from sceann_hil.config import ExperimentConfig, parse_config
 from sceann_hil.errors import NotARun
 from sceann_hil.journal import AttemptRow, JournalReader, trial_arrays
-from sceann_hil.network.coding import NetworkSize, Weights
-from sceann_hil.network.controller import Controller, Dynamics
+from sceann_hil.network.coding import Weights
+from sceann_hil.network.phenotype import Phenotype
+from sceann_hil.network.recompute import recompute
 from sceann_hil.robot import EndReason, Robot, Trace, Trials
 
 
@@ -41,32 +42,23 @@ def journalled_trials(reader: JournalReader, config: ExperimentConfig, attempts:
         config: the run's configuration.
         attempts: of one generation, at least one.
     """
-    individuals = reader.individuals(attempts[0].generation)
+    individuals = reader.individuals(attempts[0].own_generation)
     genomes = np.stack([row.genome_bits(config.genome_length) for row in individuals])
     starts, keys, ids = trial_arrays(attempts)
-    return Trials(
-        size=config.size,
-        dynamics=config.controller.dynamics,
-        weights=config.controller.coding.decode(genomes, config.size),
-        genome_index=np.array([row.individual for row in attempts], np.int32),
-        starts=starts,
-        keys=keys,
-        max_steps=config.task.build().max_steps,
-        ids=ids,
-    )
+    individual, trial = np.array([(row.individual, row.trial) for row in attempts]).T
+    phenotype = config.phenotype
+    weights = phenotype.decode(genomes)
+    return config.task.build().trials(phenotype, weights, individual, trial, keys, ids, starts=starts)
 
 
-def measured_trace(
-    reader: JournalReader, attempt: int, weights: Weights, size: NetworkSize, dynamics: Dynamics
-) -> Trace | None:
+def measured_trace(reader: JournalReader, attempt: int, weights: Weights, phenotype: Phenotype) -> Trace | None:
     """What happened in a trial that nobody can repeat: journalled sensors, and the neurons computed from them again.
 
     Args:
         reader: the run's journal.
         attempt: its id.
         weights: of the network that ran, shape ``(n_neurons, n_sources)``.
-        size: of that network.
-        dynamics: of that network.
+        phenotype: what the weights are of.
 
     Returns:
         None if the journal has no sensors of this attempt.
@@ -75,13 +67,8 @@ def measured_trace(
     if measured is None:
         return None
     sensors, states = measured
-    controller = Controller(weights, size, dynamics)
-    u = np.zeros((len(sensors), size.n_neurons), np.int16)
-    x = np.zeros_like(u)
-    for step, wire in enumerate(sensors):
-        controller.step(wire)
-        u[step], x[step] = controller.u, controller.x
-    return Trace(states, sensors, u, x)
+    neurons = recompute(weights, phenotype.size, phenotype.dynamics, sensors)
+    return Trace(states, sensors, neurons.u, neurons.x)
 
 
 def replay(

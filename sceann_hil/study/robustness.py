@@ -6,16 +6,14 @@ task's trials several times at every level, each time with noise of its own.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.config import ExperimentConfig, dump_config, parse_config
+from sceann_hil.config import ExperimentConfig
 from sceann_hil.errors import ConfigError
 from sceann_hil.network.coding import Bits
-from sceann_hil.robot import Trials
 from sceann_hil.seeds import Purpose, keys
 
 REPEATS = 20
@@ -106,7 +104,7 @@ def measure(config: ExperimentConfig, genomes: Bits, repeats: int = REPEATS) -> 
     success = []
     for number, disturbance in enumerate(found):
         levels = [
-            _success(_changed(config, settings), genomes, repeats, number, level)
+            _success(config.with_changes(settings=settings), genomes, repeats, number, level)
             for level, settings in enumerate(disturbance.settings)
         ]
         success.append(np.stack(levels))
@@ -128,22 +126,12 @@ def _success(
             n = len(some)
             number = np.arange(first, first + n)[:, None]
             noise = keys(config.seed, Purpose.TRIAL, disturbance, level, number, np.arange(per_genome))
-            trials = Trials(
-                size=config.size,
-                dynamics=config.controller.dynamics,
-                weights=config.controller.coding.decode(some, config.size),
-                genome_index=np.repeat(np.arange(n, dtype=np.int32), per_genome),
-                starts=np.tile(task.starts, (n * repeats, 1)),
-                keys=noise.reshape(-1),
-                max_steps=task.max_steps,
-                ids=np.arange(n * per_genome),
-            )
-            found.append(task.succeeded(robot.run(trials)).reshape(n, per_genome).mean(axis=1))
+            trial = np.tile(np.arange(task.n_trials), repeats)
+            weights = config.phenotype.decode(some)
+            results = robot.run(task.trials(config.phenotype, weights, np.arange(n)[:, None], trial, noise))
+            results.must_count()
+            found.append(task.succeeded(results).reshape(n, per_genome).mean(axis=1))
     return np.concatenate(found)
-
-
-def _changed(config: ExperimentConfig, settings: Sequence[str]) -> ExperimentConfig:
-    return parse_config(dump_config(config), "the disturbed experiment", settings)
 
 
 def _series(name: str, unit: str, scale: float, levels: tuple[float, ...], template: str) -> Disturbance:

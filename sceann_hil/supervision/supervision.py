@@ -43,10 +43,12 @@ class RunFacts:
 
     Attributes:
         name: of the run.
+        task: whose trials are run.
         generations: number of the last generation.
     """
 
     name: str
+    task: Task
     generations: int
 
 
@@ -218,7 +220,7 @@ class Supervisor:
         return self._describe(generation, individual, trial, attempt)
 
     def _describe(self, generation: int, individual: int, trial: int, attempt: int) -> Situation:
-        task = self._forecast.task
+        task = self._facts.task
         return Situation(
             generation=generation,
             individual=individual,
@@ -304,7 +306,7 @@ class Supervisor:
         for duration_s in robot_s:
             self._meter.add(duration_s, besides_s / len(robot_s), health.battery_fraction)
             self._forecast.add(duration_s, besides_s / len(robot_s))
-        counted = sum(not EndReason(reason).is_void for reason in results.end_reasons.tolist())
+        counted = int(results.counts.sum())
         self._status = replace(self._status, done=self._status.done + counted)
 
     def _tell_journal(self, generation: int) -> None:
@@ -343,7 +345,7 @@ class Supervisor:
 
 
 def _is_void(results: Results) -> bool:
-    return all(EndReason(reason).is_void for reason in results.end_reasons.tolist())
+    return not results.counts.any()
 
 
 def _outcome(results: Results, task: Task) -> str:

@@ -8,8 +8,11 @@ import pytest
 from backends.cartpole import CartPole
 from backends.diffdrive import DifferentialDrive
 from backends.simulation.gap import GAP_FIXED, Gap, Spread
+from backends.virtual.body import VirtualBody
+from sceann_hil.errors import ConfigError
 from sceann_hil.seeds import Purpose, keys
 from tests.backends.conftest import MakeTrials
+from tests.runs import POLE, config_of
 
 MIDDLE = (0.3, 0.3, 0.78)
 
@@ -88,3 +91,97 @@ def test_spreads_are_drawn_per_trial_and_per_sensor_from_the_key_alone() -> None
     assert gains.std(axis=0) == pytest.approx([0.1] * 2, rel=0.05)
     assert np.abs(np.corrcoef(np.hstack([offsets, gains]).T) - np.eye(5)).max() < 0.08
     assert np.array_equal(gap.draw(some[17:18], 3, 2, 0.0)[0], drawn[17])
+
+
+def test_a_list_gives_each_sensor_and_motor_its_own_value() -> None:
+    gap = Gap(
+        sensor_offset=(Spread(0.1), Spread(-0.2), Spread(0.0, half_width=0.5)),
+        sensor_gain=(Spread(1.0), Spread(0.5), Spread(2.0)),
+        motor_gain=(Spread(0.8), Spread(1.1)),
+    )
+    drawn = gap.draw(keys(1, Purpose.TRIAL, np.arange(100)), 3, 2, 0.0)
+    fixed = drawn[:, [GAP_FIXED, GAP_FIXED + 1, *range(GAP_FIXED + 3, GAP_FIXED + 8)]]
+    assert np.array_equal(fixed, np.tile(np.float32([0.1, -0.2, 1.0, 0.5, 2.0, 0.8, 1.1]), (100, 1)))
+    assert np.ptp(drawn[:, GAP_FIXED + 2]) > 0.5
+
+
+def test_a_list_of_one_value_for_each_draws_what_the_one_value_draws() -> None:
+    spread = Spread(1.0, deviation=0.2)
+    some = keys(1, Purpose.TRIAL, np.arange(50))
+    one, each = Gap(motor_gain=spread, sensor_offset=spread), Gap(motor_gain=(spread,) * 2, sensor_offset=(spread,) * 3)
+    assert np.array_equal(one.draw(some, 3, 2, 0.0), each.draw(some, 3, 2, 0.0))
+
+
+def test_a_list_of_the_wrong_length_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"motor_gain: expected .* each of 2 motors, got 3 values"):
+        Gap(motor_gain=(Spread(1.0),) * 3).draw(keys(1, Purpose.TRIAL), 3, 2, 0.0)
+
+
+def test_a_robot_s_gap_is_the_same_in_all_its_trials_and_another_robot_s_is_another() -> None:
+    gap = Gap(motor_gain=Spread(1.0, deviation=0.1), sensor_noise=Spread(0.02, half_width=0.01))
+    some = keys(1, Purpose.TRIAL, np.arange(20))
+    first, second = gap.of_robot(1).draw(some, 3, 2, 0.0), gap.of_robot(2).draw(some, 3, 2, 0.0)
+    assert np.ptp(first, axis=0).max() == 0.0
+    assert np.all(first[0, GAP_FIXED + 6 :] != second[0, GAP_FIXED + 6 :])
+    assert gap.of_robot(1).of_robot(2) == gap.of_robot(1)
+    gains = [gap.of_robot(number).draw(some[:1], 3, 2, 0.0)[0, -1] for number in range(500)]
+    assert np.std(gains) == pytest.approx(0.1, rel=0.1)
+
+
+def test_a_robot_s_noise_is_still_another_in_each_trial(make_trials: MakeTrials) -> None:
+    robot = CartPole(2, gap=Gap(sensor_noise=Spread(0.02)).of_robot(5))
+    results = robot.trace(make_trials(robot, 50, start=(0, 0, 0, 0), max_steps=1))
+    assert results.traces is not None
+    assert len({tuple(trace.sensors[0].tolist()) for trace in results.traces}) > 25
+
+
+def test_a_virtual_robot_keeps_its_gap_from_one_placing_to_the_next() -> None:
+    robot = CartPole(2, gap=Gap(sensor_offset=Spread(0.0, half_width=0.2)))
+    bodies = [VirtualBody(robot, seed) for seed in (1, 1, 2)]
+    sensed = []
+    for body in bodies:
+        for _ in range(3):
+            body.place([0.0, 0.0, 0.0, 0.0])
+            sensed.append(tuple(body.sense()))
+    assert len(set(sensed[:6])) == 1
+    assert len(set(sensed)) == 2
+
+
+@pytest.mark.parametrize(
+    ("section", "message"),
+    [
+        ("{sensor_offset: [0.1]}", r"robot.gap.sensor_offset.*one for each of 2 sensors, got 1 values"),
+        ("{motor_gain: [0.9, 1.1]}", r"robot.gap.motor_gain.*one for each of 1 motors, got 2 values"),
+        ("{sensor_offset: []}", r"sensor_offset"),
+        ("{sensor_offset: [0.1, high]}", r"sensor_offset"),
+        ("{sensor_noise: [0.1, 0.2]}", r"sensor_noise"),
+        ("{drawn: per_run}", r"drawn.*per_trial.*per_robot"),
+        ("{drawn: per_robot, robot: -1}", r"robot.gap.robot"),
+    ],
+)
+def test_lists_and_words_that_do_not_fit_are_refused_with_the_key(section: str, message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
+        config_of(POLE, f"robot.gap={section}")
+
+
+def test_a_configuration_s_lists_become_the_gap_and_lists_of_defaults_are_none() -> None:
+    config = config_of(POLE, "robot.gap={sensor_offset: [0.01, {normal: [0, 0.1]}], drawn: per_robot, robot: 7}")
+    assert config.robot.build().gap == Gap(  # type: ignore[attr-defined]
+        sensor_offset=(Spread(0.01), Spread(0.0, deviation=0.1)), robot_number=7
+    )
+    assert config_of(POLE, "robot.gap={sensor_offset: [0, 0], motor_gain: [1]}").robot.spec.noise_free
+
+
+@pytest.mark.parametrize(
+    ("section", "message"),
+    [
+        ("{sensor_offset: [0.1, high]}", r"sensor_offset\[1\]: expected a number or a section with normal or uniform"),
+        ("{sensor_offset: [0.1, {uniform: [2]}]}", r"sensor_offset\[1\].uniform: expected 2 values, got a list of 1"),
+        ("{sensor_offset: [0.1, {uniform: [2, 1]}]}", r"sensor_offset\[1\].uniform: expected \[smallest, largest\]"),
+        ("{sensor_offset: [0, {unifrm: [1, 2]}]}", r"unknown key, did you mean robot.gap.sensor_offset\[1\].uniform"),
+    ],
+)
+def test_what_is_wrong_inside_a_list_is_one_problem_at_its_place(section: str, message: str) -> None:
+    with pytest.raises(ConfigError, match=message) as refused:
+        config_of(POLE, f"robot.gap={section}")
+    assert "problems" not in str(refused.value)

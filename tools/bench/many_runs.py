@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from sceann_hil.config import ExperimentConfig
 from sceann_hil.network.coding import Bits
-from sceann_hil.robot import Results, Robot, Trials
+from sceann_hil.robot import Results, Robot
 
 
 def run_trials(
@@ -31,15 +31,5 @@ def run_trials(
         key: of the noise, shape ``(n,)``.
     """
     task = config.task.build()
-    return robot.run(
-        Trials(
-            size=config.size,
-            dynamics=config.controller.dynamics,
-            weights=config.controller.coding.decode(genomes.reshape(-1, genomes.shape[-1]), config.size),
-            genome_index=(run * genomes.shape[1] + individual).astype(np.int32),
-            starts=task.starts[trial],
-            keys=key,
-            max_steps=task.max_steps,
-            ids=np.arange(len(run)),
-        )
-    )
+    weights = config.phenotype.decode(genomes.reshape(-1, genomes.shape[-1]))
+    return robot.run(task.trials(config.phenotype, weights, run * genomes.shape[1] + individual, trial, key))

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from sceann_hil.config import ExperimentConfig
 from sceann_hil.network.coding import Bits
-from sceann_hil.robot import EndReason, Results, Trials
+from sceann_hil.robot import EndReason, Results
 from sceann_hil.robot.scenery import ArenaScenery
+from sceann_hil.run.batch import BatchEvaluator
 from sceann_hil.seeds import Purpose, keys
 from sceann_hil.study.report.cells import Cell
 from sceann_hil.study.report.style import BLUE, DARK, GREEN, GREY, LIGHT, ORANGE, RED, drawing, plain, save
@@ -50,20 +51,11 @@ def best_champion(cell: Cell) -> Champion:
 
 
 def _traced(cell: Cell, place: int) -> Champion:
-    config, task = cell.condition.config, cell.condition.config.task.build()
-    genome, n = cell.genome(place), task.n_trials
-    trials = Trials(
-        size=config.size,
-        dynamics=config.controller.dynamics,
-        weights=config.controller.coding.decode(genome[None], config.size),
-        genome_index=np.zeros(n, np.int32),
-        starts=task.starts,
-        keys=keys(int(cell.runs.seeds[place]), Purpose.TRIAL, 0, 0, np.arange(n), 0),
-        max_steps=task.max_steps,
-        ids=np.arange(n),
-    )
+    config, genome = cell.condition.config, cell.genome(place)
     with config.robot.build() as robot:
-        results = robot.trace(trials)
+        batch = BatchEvaluator.of(config, robot)
+        noise = keys(int(cell.runs.seeds[place]), Purpose.TRIAL, 0, 0, np.arange(batch.task.n_trials), 0)
+        results = batch.trace(genome[None], noise)
     return Champion(config, genome, int(cell.runs.numbers[place]), float(cell.fitness[place]), results)
 
 

@@ -9,8 +9,8 @@ from backends.remote import RemoteRobot
 from backends.virtual.virtual_posix import VirtualPosix
 from sceann_hil.network.coding import Coding
 from sceann_hil.network.controller import Dynamics
+from sceann_hil.network.phenotype import Phenotype
 from sceann_hil.robot import EndReason, Results, Trials
-from sceann_hil.run.evaluator import Phenotype
 from sceann_hil.run.measuring import measure
 from sceann_hil.tasks.pole_balancing import PoleBalancing
 from tests.backends.remote.trials import SIZE, virtual_config

@@ -12,7 +12,7 @@ from backends.simulation.gap import Gap
 from backends.simulation.gap import Spread as GapSpread
 from sceann_hil.network.coding import Coding, NetworkSize
 from sceann_hil.network.controller import Dynamics
-from sceann_hil.run.evaluator import Phenotype
+from sceann_hil.network.phenotype import Phenotype
 from sceann_hil.study.gap import GapReport, Spread, measure
 from sceann_hil.supervision.drift import Drift
 from sceann_hil.tasks.pole_balancing import PoleBalancing

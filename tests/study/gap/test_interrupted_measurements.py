@@ -18,7 +18,6 @@ from sceann_hil.cli import app
 from sceann_hil.commands import measured as command
 from sceann_hil.errors import ExitCode, RobotWasStopped
 from sceann_hil.robot import EmergencyStop, EndReason, Results, Trials
-from sceann_hil.run.evaluator import Phenotype
 from sceann_hil.study.gap import Measured, measure
 from tests.backends.remote.trials import pole_run, real_robot
 from tests.runs import config_of, evolve
@@ -39,7 +38,7 @@ def run(tmp_path: Path) -> Path:
 def test_a_void_trial_is_run_again_and_a_second_measurement_is_not_the_first(virtual: VirtualPosix) -> None:
     """The robot refuses the number that it ran last: a repeat under the same number can only be void again."""
     config = config_of(pole_run(real_robot(virtual, virtual.port), max_steps=10))
-    phenotype = Phenotype(config.controller.coding, config.size, config.controller.dynamics)
+    phenotype = config.phenotype
     genomes = np.random.default_rng(4).integers(0, 2, (1, config.genome_length), dtype=np.uint8)
     told: list[Measured] = []
     with config.robot.build() as robot:

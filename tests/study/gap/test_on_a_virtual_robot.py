@@ -17,7 +17,6 @@ from backends.virtual.virtual_posix import VirtualPosix
 from sceann_hil.cli import app
 from sceann_hil.errors import ConfigError
 from sceann_hil.journal import JournalReader
-from sceann_hil.run.evaluator import Phenotype
 from sceann_hil.run.experiment import Experiment, Outcome
 from sceann_hil.run.rehearsal import rehearsal
 from sceann_hil.study.gap import measure
@@ -32,7 +31,7 @@ def test_its_gap_is_estimated_from_its_own_traces() -> None:
     gap = Gap(sensor_offset=GapSpread(0.015), motor_gain=GapSpread(0.85), latency_steps=GapSpread(1.0))
     with VirtualPosix(VirtualBody(CartPole(gap=gap))) as virtual, CartPole() as simulation:
         config = config_of(pole_run(real_robot(virtual, virtual.port), max_steps=80))
-        phenotype = Phenotype(config.controller.coding, config.size, config.controller.dynamics)
+        phenotype = config.phenotype
         with config.robot.build() as robot:
             genomes = np.random.default_rng(4).integers(0, 2, (10, config.genome_length), dtype=np.uint8)
             real = measure(robot, phenotype, config.task.build(), genomes, 1, 1)
