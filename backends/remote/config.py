@@ -171,6 +171,11 @@ class RemoteConfig(RobotConfig):
             SensorWatch(self.ends) if self.ends else None,
         )
 
+    @property
+    def simulated(self) -> RobotConfig | None:
+        """Mode hil has the body in its section; what another robot looks like nobody has written down."""
+        return self.body
+
     @contextmanager
     def on_virtual_board(self, body: RobotConfig) -> Iterator[RobotConfig]:
         # emulators are needed for this only
