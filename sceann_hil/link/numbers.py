@@ -11,7 +11,7 @@ SESSION_S = 1
 """Time that a silent host keeps its robot."""
 AUTORUN_S = 3
 """Time after the start without a host: autorun."""
-BATTERY_LOW_S = 0.3
+BATTERY_LOW_S = 0.15
 """Time that the battery is low, until the trial ends."""
 WATCHDOG_S = 0.5
 """Time without a control tick, until the chip is restarted."""

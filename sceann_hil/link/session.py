@@ -110,8 +110,9 @@ class RobotLink(RobotLine):
             self.request(Op.HELLO, hello_arguments(ARITHMETIC_ID), tries=1)
             pages, ids = self._descriptor_pages()
             if len(ids) > 1:
+                told = ", ".join(f"{number:014x}" for number in sorted(ids))
                 raise TwoRobots(
-                    f"{len(ids)} robots have node {self.node} (ids {', '.join(f'{number:014x}' for number in sorted(ids))}) "
+                    f"{len(ids)} robots have node {self.node} (ids {told}) "
                     "and obey every command together; give each a node of its own: `sceann set-node` with only one of "
                     "them switched on"
                 )
@@ -162,8 +163,8 @@ class RobotLink(RobotLine):
                 "flash the board (`sceann flash`), or give the right baud rate"
             )
         return (
-            f"silence: no robot answers as node {self.node} within {patience_s:g} s; is it switched on, is this its port, "
-            "does it carry our firmware at this baud rate? A new board has to be flashed first"
+            f"silence: no robot answers as node {self.node} within {patience_s:g} s; is it switched on, "
+            "is this its port, does it carry our firmware at this baud rate? A new board has to be flashed first"
         )
 
     def last(self) -> End:

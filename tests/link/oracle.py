@@ -1,7 +1,7 @@
 """A second, independent reading of the link's specification: a small host that packs everything with cantools.
 
-What the product's host side (`sceann_hil.link`) and the firmware pack by hand is held against ``firmware/sceann.dbc`` by
-this one. The line is anything with `Line`'s two methods: a socket, or an emulated chip, whose time-outs are those of
+What the product's host side (`sceann_hil.link`) and the firmware pack by hand is held against ``firmware/sceann.dbc``
+by this one. The line is anything with `Line`'s two methods: a socket, or an emulated chip, whose time-outs are those of
 its own clock.
 """
 

@@ -1,4 +1,4 @@
-"""The second reading of the specification: the product's numbers are those of the DBC, the frames those of the C code."""
+"""The second reading of the specification: our numbers are those of the DBC, our frames those of the C code."""
 
 from __future__ import annotations
 
