@@ -4,10 +4,10 @@
 second writer away.
 """
 
-from sceann_hil.journal.entries import Circumstances, FirstGeneration, Slots
+from sceann_hil.journal.entries import AttemptKind, Circumstances, FirstGeneration, Slots
 from sceann_hil.journal.lock import LOCK_NAME, RunLock
 from sceann_hil.journal.reader import JournalReader, trial_arrays
-from sceann_hil.journal.rows import AttemptRow, GenerationRow, IndividualRow, ReferenceRow, RunRow, SpentRow
+from sceann_hil.journal.rows import AttemptRow, GenerationRow, IndividualRow, RunRow, SessionRow, SpentRow
 from sceann_hil.journal.schema import JOURNAL_NAME, SCHEMA_VERSION
 from sceann_hil.journal.writer import Journal
 
@@ -15,6 +15,7 @@ __all__ = [
     "JOURNAL_NAME",
     "LOCK_NAME",
     "SCHEMA_VERSION",
+    "AttemptKind",
     "AttemptRow",
     "Circumstances",
     "FirstGeneration",
@@ -22,9 +23,9 @@ __all__ = [
     "IndividualRow",
     "Journal",
     "JournalReader",
-    "ReferenceRow",
     "RunLock",
     "RunRow",
+    "SessionRow",
     "Slots",
     "SpentRow",
     "trial_arrays",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +12,23 @@ from numpy.typing import NDArray
 from sceann_hil.network.coding import Bits
 
 
+class AttemptKind(StrEnum):
+    """What an attempt of a trial is for. The names are stored in journals; they never change."""
+
+    EVOLUTION = "evolution"
+    """Its fitness is one of an individual's."""
+    REFERENCE = "reference"
+    """The reference genome, run again and again to see whether the robot drifts."""
+    MEASUREMENT = "measurement"
+    """A genome that somebody wants to know more about: compared, repeated, moved by the doctor."""
+
+
 @dataclass(frozen=True, slots=True)
 class Slots:
     """Which places in a generation n attempts are for; integer arrays of shape ``(n,)``.
 
     Attributes:
-        individual: place in the generation.
+        individual: place in the generation; of attempts outside evolution, which repetition of their genome, from 0.
         trial: which of the individual's trials.
         attempt: 0, and one more each time the attempt before was void.
     """

@@ -11,8 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sceann_hil.errors import NotARun, RunIsDamaged, RunIsNewer
+from sceann_hil.journal import schema1
+from sceann_hil.journal.entries import AttemptKind
 from sceann_hil.journal.measured import unpack_measured
-from sceann_hil.journal.rows import AttemptRow, GenerationRow, IndividualRow, ReferenceRow, RunRow, SpentRow
+from sceann_hil.journal.rows import AttemptRow, GenerationRow, IndividualRow, RunRow, SessionRow, SpentRow
 from sceann_hil.journal.schema import APPLICATION_ID, JOURNAL_NAME, SCHEMA_VERSION, UNBORN_NAME
 from sceann_hil.robot import EndReason
 
@@ -21,8 +23,8 @@ _GENERATION = (
 )
 _INDIVIDUAL = "id, generation, number, genome, parent, structure, fitness FROM individual"
 _ATTEMPT = (
-    "id, generation, individual, trial, attempt, start, noise_key, end_reason, steps, state_hash, final_state, "
-    "robot_s, fitness, operator_s, battery, note FROM attempt"
+    "id, kind, session, generation, individual, trial, attempt, own_genome, start, noise_key, end_reason, steps, "
+    "value, state_hash, final_state, robot_s, fitness, operator_s, battery, note FROM attempt"
 )
 
 
@@ -72,6 +74,10 @@ def open_database(directory: Path, *, write: bool) -> sqlite3.Connection:
             f"{SCHEMA_VERSION}.",
             "Update sceann-hil.",
         )
+    if version < SCHEMA_VERSION and write:
+        schema1.bring_up_to_date(db)
+    elif version < SCHEMA_VERSION:
+        schema1.read_as_today(db)
     return db
 
 
@@ -185,21 +191,24 @@ class JournalReader:
             )
         )
 
-    def references(self) -> list[ReferenceRow]:
-        """All runs of the reference genome in order."""
+    def attempts_of_kind(self, kind: AttemptKind) -> list[AttemptRow]:
+        """All attempts of a kind other than evolution in the order of their ids."""
+        return list(self._attempts("WHERE kind = ? AND kind <> 'evolution' ORDER BY id", kind.value))
+
+    def sessions(self) -> list[SessionRow]:
+        """All processes that worked on the run in order."""
         rows = self._db.execute(
-            "SELECT id, at, attempt, genome, trial, end_reason, steps, robot_s, fitness FROM reference ORDER BY id"
+            "SELECT id, started_at, robot, operators, wall_s, paused_s, versions, body FROM session ORDER BY id"
         )
         return [
-            ReferenceRow(i, at, attempt, genome, trial, EndReason[reason.upper()], steps, robot_s, fitness)
-            for i, at, attempt, genome, trial, reason, steps, robot_s, fitness in rows
+            SessionRow(identity, started_at, robot, operators, wall_s, paused_s, json.loads(versions), body)
+            for identity, started_at, robot, operators, wall_s, paused_s, versions, body in rows
         ]
 
     def spent(self) -> SpentRow:
         """What the run has used up so far."""
         robot_s, trials, ended = self._db.execute(
-            "SELECT coalesce(sum(robot_s), 0), count(*), count(end_reason) FROM (SELECT robot_s, end_reason FROM "
-            "attempt UNION ALL SELECT robot_s, end_reason FROM reference)"
+            "SELECT coalesce(sum(robot_s), 0), count(*), count(end_reason) FROM attempt"
         ).fetchone()
         wall_s = self._db.execute("SELECT coalesce(sum(wall_s), 0) FROM session").fetchone()[0]
         charges = self._db.execute(
@@ -212,7 +221,7 @@ class JournalReader:
         """(generation, attempts that ended, their robot time, their operators' time) of all generations, in order."""
         return self._db.execute(
             "SELECT generation, count(*), sum(robot_s), coalesce(sum(operator_s), 0) FROM attempt "
-            "WHERE robot_s IS NOT NULL GROUP BY generation ORDER BY generation"
+            "WHERE generation IS NOT NULL AND robot_s IS NOT NULL GROUP BY generation ORDER BY generation"
         ).fetchall()
 
     def operator_s(self) -> float:
@@ -232,21 +241,25 @@ class JournalReader:
         for row in self._db.execute(f"SELECT {_ATTEMPT} {where}", values):
             yield AttemptRow(
                 id=row[0],
-                generation=row[1],
-                individual=row[2],
-                trial=row[3],
-                attempt=row[4],
-                start=tuple(json.loads(row[5])),
-                noise_key=int(row[6], 16),
-                end_reason=None if row[7] is None else EndReason[row[7].upper()],
-                steps=row[8],
-                state_hash=row[9],
-                final_state=None if row[10] is None else tuple(json.loads(row[10])),
-                robot_s=row[11],
-                fitness=row[12],
-                operator_s=row[13],
-                battery=row[14],
-                note=row[15],
+                kind=AttemptKind(row[1]),
+                session=row[2],
+                generation=row[3],
+                individual=row[4],
+                trial=row[5],
+                attempt=row[6],
+                genome=row[7],
+                start=tuple(json.loads(row[8])),
+                noise_key=int(row[9] or "0", 16),
+                end_reason=None if row[10] is None else EndReason[row[10].upper()],
+                steps=row[11],
+                value=row[12],
+                state_hash=row[13],
+                final_state=None if row[14] is None else tuple(json.loads(row[14])),
+                robot_s=row[15],
+                fitness=row[16],
+                operator_s=row[17],
+                battery=row[18],
+                note=row[19],
             )
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from sceann_hil.errors import NotARun
+from sceann_hil.journal.entries import AttemptKind
 from sceann_hil.network.coding import Bits, genome_from_hex
 from sceann_hil.robot import EndReason
 
@@ -53,17 +55,24 @@ class IndividualRow:
 
 @dataclass(frozen=True, slots=True)
 class AttemptRow:
-    """One attempt of one trial; the result is None while it is not known, the fitness also if it was void."""
+    """One attempt of one trial; the result is None while it is not known, the fitness also if it was void.
+
+    Attempts outside evolution have a genome (hexadecimal) of their own and no generation.
+    """
 
     id: int
-    generation: int
+    kind: AttemptKind
+    session: int | None
+    generation: int | None
     individual: int
     trial: int
     attempt: int
+    genome: str | None
     start: tuple[float, ...]
     noise_key: int
     end_reason: EndReason | None
     steps: int | None
+    value: float | None
     state_hash: int | None
     final_state: tuple[float, ...] | None
     robot_s: float | None
@@ -72,20 +81,33 @@ class AttemptRow:
     battery: float | None = None
     note: str | None = None
 
+    @property
+    def own_generation(self) -> int:
+        """The generation that it is part of.
+
+        Raises:
+            NotARun: it is not part of evolution.
+        """
+        if self.generation is None:
+            raise NotARun(
+                f"Trial {self.id} is no part of evolution: it was run as a {self.kind}.",
+                "Choose another one: `sceann status` tells how many there are.",
+            )
+        return self.generation
+
 
 @dataclass(frozen=True, slots=True)
-class ReferenceRow:
-    """One run of the reference genome; the fitness is None if it was void."""
+class SessionRow:
+    """One process that worked on a run; `body` is the fingerprint of the simulated body's code."""
 
     id: int
-    at: str
-    attempt: int
-    genome: str
-    trial: int
-    end_reason: EndReason
-    steps: int
-    robot_s: float
-    fitness: float | None
+    started_at: str
+    robot: str
+    operators: str
+    wall_s: float
+    paused_s: float
+    versions: dict[str, str]
+    body: str | None
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,10 +6,13 @@ new version. Written with write-ahead logging and full synchronisation: a commit
 
 from __future__ import annotations
 
+import sqlite3
+from collections.abc import Iterator
+
 JOURNAL_NAME = "journal.sqlite"
 UNBORN_NAME = f".{JOURNAL_NAME}.new"
 """A journal that is being made; it gets its own name when it is whole."""
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 APPLICATION_ID = 0x5CEA2210
 """Marks an SQLite file as a journal of ours."""
 
@@ -48,18 +51,34 @@ CREATE TABLE individual (
     UNIQUE (generation, number)
 ) STRICT;
 
+CREATE TABLE session (
+    id         INTEGER PRIMARY KEY,
+    started_at TEXT NOT NULL,        -- a process began to work on the run
+    robot      TEXT NOT NULL,        -- name of the robot
+    operators  TEXT NOT NULL,        -- who stood beside it
+    limits     TEXT NOT NULL,        -- JSON: budgets over all sessions, in force during this one
+    wall_s     REAL NOT NULL,        -- how long, up to the newest result
+    paused_s   REAL NOT NULL,        -- of that, in pauses
+    versions   TEXT NOT NULL,        -- JSON: this package, Python, NumPy, Numba, plug-ins, processor, machine
+    body       TEXT                  -- fingerprint of the simulated body's code; NULL where there is none
+) STRICT;
+
 CREATE TABLE attempt (
     id          INTEGER PRIMARY KEY, -- the trial number that users, recordings and robots see
-    generation  INTEGER NOT NULL REFERENCES generation (number),
-    individual  INTEGER NOT NULL,    -- place in its generation
+    kind        TEXT NOT NULL,       -- evolution, reference, measurement
+    session     INTEGER REFERENCES session (id), -- in which it was begun; NULL in journals begun by schema 1
+    generation  INTEGER REFERENCES generation (number), -- NULL unless it is part of evolution
+    individual  INTEGER NOT NULL,    -- place in its generation; of other kinds, which repetition of its genome, from 0
     trial       INTEGER NOT NULL,    -- which of the individual's trials, from 0
     attempt     INTEGER NOT NULL,    -- 0, and one more each time the attempt before was void
+    own_genome  TEXT,                -- of other kinds than evolution: bits as hexadecimal
     start       TEXT NOT NULL,       -- JSON list in the order of the robot's start fields
     noise_key   TEXT NOT NULL,       -- 64 bits, hexadecimal
     intent_at   TEXT NOT NULL,       -- written before the trial starts
     ended_at    TEXT,                -- NULL: started, outcome not known
     end_reason  TEXT,
     steps       INTEGER,
+    value       REAL,                -- what the task added up over the trial's steps; NULL if it adds up nothing
     state_hash  INTEGER,             -- CRC-16 of all neuron states
     final_state TEXT,                -- JSON list in the order of the robot's state fields
     robot_s     REAL,
@@ -71,6 +90,7 @@ CREATE TABLE attempt (
 ) STRICT;
 
 CREATE UNIQUE INDEX one_counted_result ON attempt (generation, individual, trial) WHERE fitness IS NOT NULL;
+CREATE INDEX attempt_of_another_kind ON attempt (kind, id) WHERE kind <> 'evolution';
 CREATE INDEX attempt_by_fitness ON attempt (fitness);
 CREATE INDEX individual_by_fitness ON individual (fitness);
 CREATE INDEX individual_by_genome ON individual (genome);
@@ -81,28 +101,6 @@ CREATE TABLE trace (
     data    BLOB NOT NULL            -- what a robot sent that could not be computed again
 ) STRICT;
 
-CREATE TABLE session (
-    id         INTEGER PRIMARY KEY,
-    started_at TEXT NOT NULL,        -- a process began to work on the run
-    robot      TEXT NOT NULL,        -- name of the robot
-    operators  TEXT NOT NULL,        -- who stood beside it
-    limits     TEXT NOT NULL,        -- JSON: budgets over all sessions, in force during this one
-    wall_s     REAL NOT NULL,        -- how long, up to the newest result
-    paused_s   REAL NOT NULL         -- of that, in pauses
-) STRICT;
-
-CREATE TABLE reference (
-    id         INTEGER PRIMARY KEY,
-    at         TEXT NOT NULL,
-    attempt    INTEGER NOT NULL,     -- the newest attempt when it was run
-    genome     TEXT NOT NULL,        -- bits as hexadecimal: the same in the whole run
-    trial      INTEGER NOT NULL,     -- which start
-    end_reason TEXT NOT NULL,
-    steps      INTEGER NOT NULL,
-    robot_s    REAL NOT NULL,
-    fitness    REAL                  -- NULL if it was void
-) STRICT;
-
 CREATE TABLE event (
     id         INTEGER PRIMARY KEY,
     at         TEXT NOT NULL,
@@ -111,3 +109,13 @@ CREATE TABLE event (
     message    TEXT NOT NULL
 ) STRICT;
 """
+
+
+def statements(schema: str) -> Iterator[str]:
+    """The statements of a schema, one after the other: SQLite's own way of running many of them would commit."""
+    statement = ""
+    for line in schema.splitlines(keepends=True):
+        statement += line
+        if sqlite3.complete_statement(statement):
+            yield statement
+            statement = ""

@@ -15,12 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sceann_hil.errors import RunExists
-from sceann_hil.journal.entries import NOTHING_SPECIAL, Circumstances, FirstGeneration, Slots
+from sceann_hil.journal.entries import NOTHING_SPECIAL, AttemptKind, Circumstances, FirstGeneration, Slots
 from sceann_hil.journal.measured import pack_measured
 from sceann_hil.journal.reader import JournalReader, open_database
 from sceann_hil.journal.schema import APPLICATION_ID, JOURNAL_NAME, SCHEMA, SCHEMA_VERSION, UNBORN_NAME
 from sceann_hil.network.coding import Bits, genome_to_hex
 from sceann_hil.robot import EndReason, Results
+from sceann_hil.versions import running_versions
 
 
 class Journal:
@@ -40,7 +41,7 @@ class Journal:
         """
         self._db = open_database(directory, write=True)
         self.reader = JournalReader(directory, self._db)
-        self._session = 0
+        self._session: int | None = None
         self._session_began_s = time.monotonic()
 
     @classmethod
@@ -116,15 +117,23 @@ class Journal:
             _insert_generation(self._db, number, state, genomes, parents, structures)
 
     def intend(
-        self, generation: int, slots: Slots, starts: NDArray[np.float64], keys: NDArray[np.uint64]
+        self,
+        generation: int | None,
+        slots: Slots,
+        starts: NDArray[np.float64],
+        keys: NDArray[np.uint64],
+        kind: AttemptKind = AttemptKind.EVOLUTION,
+        genomes: Sequence[str] | None = None,
     ) -> NDArray[np.int64]:
         """These attempts are about to start.
 
         Args:
-            generation: the generation's number.
+            generation: the generation's number; None for other kinds than evolution.
             slots: what they are for.
             starts: start values, shape ``(n, n_start)``.
             keys: noise keys, shape ``(n,)``.
+            kind: what they are for, the same for all.
+            genomes: of other kinds than evolution, each attempt's genome in hexadecimal.
 
         Returns:
             The attempts' ids, int64, shape ``(n,)``: consecutive, in the order given.
@@ -132,17 +141,23 @@ class Journal:
         now = _now()
         with self._transaction():
             first = int(self._db.execute("SELECT coalesce(max(id), 0) + 1 FROM attempt").fetchone()[0])
+            no_genomes: list[str | None] = [None] * len(slots)
             ids = np.arange(first, first + len(slots), dtype=np.int64)
             self._db.executemany(
-                "INSERT INTO attempt (id, generation, individual, trial, attempt, start, noise_key, intent_at) "
-                "VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+                "INSERT INTO attempt (id, kind, session, generation, individual, trial, attempt, own_genome, start, "
+                "noise_key, intent_at) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
                 [
-                    (identity, generation, i, t, a, json.dumps(start), f"{key:016x}", now)
-                    for identity, i, t, a, start, key in zip(
+                    (
+                        *(identity, kind.value, self._session, generation, i, t, a, genome),
+                        json.dumps(start),
+                        *(f"{key:016x}", now),
+                    )
+                    for identity, i, t, a, genome, start, key in zip(
                         ids.tolist(),
                         slots.individual.tolist(),
                         slots.trial.tolist(),
                         slots.attempt.tolist(),
+                        genomes or no_genomes,
                         starts.tolist(),
                         keys.tolist(),
                         strict=True,
@@ -151,20 +166,29 @@ class Journal:
             )
         return ids
 
-    def begin_session(self, robot: str, operators: str, limits: dict[str, float | None]) -> None:
+    def begin_session(
+        self,
+        robot: str,
+        operators: str,
+        limits: dict[str, float | None],
+        versions: dict[str, str] | None = None,
+        body: str | None = None,
+    ) -> None:
         """This process begins to work on the run.
 
         Args:
             robot: name of the robot.
             operators: who stands beside it.
             limits: budgets in force.
+            versions: what it runs on; by default what this process runs on.
+            body: fingerprint of the simulated body's code; None where there is none.
         """
         self._session_began_s = time.monotonic()
         with self._transaction():
             inserted = self._db.execute(
-                "INSERT INTO session (started_at, robot, operators, limits, wall_s, paused_s) "
-                "VALUES (?, ?, ?, ?, 0, 0) RETURNING id",
-                (_now(), robot, operators, json.dumps(limits)),
+                "INSERT INTO session (started_at, robot, operators, limits, wall_s, paused_s, versions, body) "
+                "VALUES (?, ?, ?, ?, 0, 0, ?, ?) RETURNING id",
+                (_now(), robot, operators, json.dumps(limits), json.dumps(versions or running_versions()), body),
             )
             self._session = int(inserted.fetchone()[0])
 
@@ -174,6 +198,7 @@ class Journal:
         results: Results,
         fitness: NDArray[np.float64],
         circumstances: Circumstances = NOTHING_SPECIAL,
+        values: NDArray[np.float64] | None = None,
     ) -> None:
         """These attempts have ended.
 
@@ -182,6 +207,8 @@ class Journal:
             results: what happened, in the same order.
             fitness: of each trial, shape ``(n,)``; ignored where the end was void.
             circumstances: the same for all of them.
+            values: what the task added up over each trial, shape ``(n,)``; None if it adds up nothing. Ignored where
+                the end was void.
 
         Traces in the results are kept too: a robot that delivers them with `run` cannot be asked for them later.
         """
@@ -189,19 +216,20 @@ class Journal:
         reasons = [EndReason(r) for r in results.end_reasons.tolist()]
         with self._transaction():
             self._db.executemany(
-                "UPDATE attempt SET ended_at = ?, end_reason = ?, steps = ?, state_hash = ?, final_state = ?, "
-                "robot_s = ?, fitness = ?, operator_s = ?, battery = ?, "
+                "UPDATE attempt SET ended_at = ?, end_reason = ?, steps = ?, value = ?, state_hash = ?, "
+                "final_state = ?, robot_s = ?, fitness = ?, operator_s = ?, battery = ?, "
                 # what was said of it while it ran is there already
-                "note = coalesce(note || '; ' || ?10, ?10, note) WHERE id = ?11",
+                "note = coalesce(note || '; ' || ?11, ?11, note) WHERE id = ?12",
                 [
-                    (now, reason.name.lower(), steps, crc, json.dumps(final), robot_s, value, *about, identity)
-                    for reason, steps, crc, final, robot_s, value, identity in zip(
+                    (now, reason.name.lower(), steps, value, crc, json.dumps(final), robot_s, worth, *about, identity)
+                    for reason, steps, value, crc, final, robot_s, worth, identity in zip(
                         reasons,
                         results.steps.tolist(),
+                        [None] * len(ids) if values is None else _unless_void(reasons, values),
                         results.hashes.tolist(),
                         results.final_states.tolist(),
                         results.durations_s.tolist(),
-                        [None if r.is_void else f for r, f in zip(reasons, fitness.tolist(), strict=True)],
+                        _unless_void(reasons, fitness),
                         ids.tolist(),
                         strict=True,
                     )
@@ -219,24 +247,6 @@ class Journal:
                         for identity, trace in zip(ids.tolist(), results.traces, strict=True)
                     ],
                 )
-
-    def record_reference(self, genome: str, trial: int, results: Results, fitness: float) -> None:
-        """The reference genome was run once more; `results` has one trial."""
-        reason = EndReason(int(results.end_reasons[0]))
-        with self._transaction():
-            self._db.execute(
-                "INSERT INTO reference (at, attempt, genome, trial, end_reason, steps, robot_s, fitness) "
-                "VALUES (?, (SELECT coalesce(max(id), 0) FROM attempt), ?, ?, ?, ?, ?, ?)",
-                (
-                    _now(),
-                    genome,
-                    trial,
-                    reason.name.lower(),
-                    int(results.steps[0]),
-                    float(results.durations_s[0]),
-                    None if reason.is_void else fitness,
-                ),
-            )
 
     def annotate(self, attempt: int, words: str) -> None:
         """Add an operator's words to an attempt."""
@@ -292,6 +302,10 @@ def _insert_generation(
             for i, (genome, parent, structure) in enumerate(zip(genomes, parents, structures, strict=True))
         ],
     )
+
+
+def _unless_void(reasons: list[EndReason], values: NDArray[np.float64]) -> list[float | None]:
+    return [None if reason.is_void else value for reason, value in zip(reasons, values.tolist(), strict=True)]
 
 
 class _Transaction:

@@ -45,7 +45,7 @@ class LiveTrial:
         self._x: list[NDArray[np.int16]] = []
         self._sent = 0
         row = self.row
-        name = recording_id(f"{run.name}-live", row.generation, row.individual, row.trial, row.attempt)
+        name = recording_id(f"{run.name}-live", row.own_generation, row.individual, row.trial, row.attempt)
         self._stream = rr.RecordingStream(run.experiment, recording_id=name)
         if target == SPAWN:
             self._stream.spawn()

@@ -90,7 +90,7 @@ class RunSource:
 
     def weights_of(self, row: AttemptRow) -> Weights:
         """The network of one attempt, shape ``(n_neurons, n_sources)``."""
-        individual = self._reader.individuals(row.generation)[row.individual]
+        individual = self._reader.individuals(row.own_generation)[row.individual]
         return self._phenotype.decode(individual.genome_bits(self._phenotype.genome_length))
 
     def finished(self) -> list[int]:

@@ -98,7 +98,7 @@ class RecordedTrial:
         """An attempt of the journal, with its network and what happened."""
         return cls(
             id=row.id,
-            generation=row.generation,
+            generation=row.own_generation,
             individual=row.individual,
             trial=row.trial,
             attempt=row.attempt,

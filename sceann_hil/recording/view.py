@@ -142,7 +142,7 @@ def prepared(run_dir: Path, screen: Screen, report: Callable[[RecorderStatus], N
     if screen.overview:
         yield str(_sound(paths.run, run_dir))
         return
-    numbers = paths.recorded_generations() if shown is None else [shown.generation]
+    numbers = paths.recorded_generations() if shown is None else [shown.own_generation]
     files = [_sound(paths.generation(number), run_dir) for number in numbers]
     for shared in (paths.scenery, paths.trial_blueprint, paths.table_blueprint):
         _present(shared)
@@ -150,7 +150,9 @@ def prepared(run_dir: Path, screen: Screen, report: Callable[[RecorderStatus], N
         if shown is None:
             yield served.gallery_url
         else:
-            yield served.trial_url(recording_id(name, shown.generation, shown.individual, shown.trial, shown.attempt))
+            yield served.trial_url(
+                recording_id(name, shown.own_generation, shown.individual, shown.trial, shown.attempt)
+            )
 
 
 def _record_missing(paths: RecordingPaths, shown: AttemptRow | None, report: Callable[[RecorderStatus], None]) -> None:
@@ -162,7 +164,7 @@ def _record_missing(paths: RecordingPaths, shown: AttemptRow | None, report: Cal
     except RunIsLocked:
         return  # a recorder is at work: show what there is by now
     try:
-        recorder.record(only=None if shown is None else {shown.generation})
+        recorder.record(only=None if shown is None else {shown.own_generation})
     finally:
         recorder.close()
 

@@ -11,21 +11,28 @@ A run is a folder::
 from __future__ import annotations
 
 import os
-import platform
 import shutil
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, suppress
 from dataclasses import asdict, dataclass, replace
 from enum import Enum, auto
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Self
 
 from sceann_hil.config import ExperimentConfig, dump_config, parse_config
 from sceann_hil.errors import RunExists
 from sceann_hil.evolution import Algorithm, State
-from sceann_hil.journal import JOURNAL_NAME, LOCK_NAME, GenerationRow, IndividualRow, Journal, RunLock, SpentRow
+from sceann_hil.journal import (
+    JOURNAL_NAME,
+    LOCK_NAME,
+    GenerationRow,
+    IndividualRow,
+    Journal,
+    JournalReader,
+    RunLock,
+    SpentRow,
+)
 from sceann_hil.recording import RecordingPaths
 from sceann_hil.robot import Robot
 from sceann_hil.robot.task import Task
@@ -39,6 +46,7 @@ from sceann_hil.supervision.forecast import Cost, Forecast
 from sceann_hil.supervision.operators import Desk
 from sceann_hil.supervision.stopping import Stopped, StopReason
 from sceann_hil.supervision.supervision import RunFacts, Supervisor
+from sceann_hil.versions import running_versions
 
 CONFIG_NAME = "config.yaml"
 
@@ -130,7 +138,7 @@ class Experiment:
                 name=config.name or directory.name,
                 root_seed=config.seed,
                 config=dump_config(config),
-                versions=_versions(),
+                versions=running_versions(),
                 parent_run=str(ancestor.directory) if ancestor is not None else None,
                 first=first,
             )
@@ -146,10 +154,13 @@ class Experiment:
         Raises:
             NotARun, RunIsNewer, RunIsDamaged, RunIsLocked: why not.
         """
+        # a folder that is no run gets no lock; and opening an old journal brings it up to date, which takes one
+        JournalReader(directory).close()
         with ExitStack() as undo:
+            lock = undo.enter_context(RunLock(directory))
             journal = Journal(directory)
             undo.callback(journal.close)
-            experiment = cls(directory, undo.enter_context(RunLock(directory)), journal)
+            experiment = cls(directory, lock, journal)
             undo.pop_all()
         return experiment
 
@@ -217,7 +228,7 @@ class Experiment:
             False if there is something in the run: nothing was done.
         """
         reader = self.journal.reader
-        if reader.count_attempts() or reader.references():
+        if reader.count_attempts():
             return False
         self.journal.close()
         shutil.rmtree(RecordingPaths(self.directory).folder, ignore_errors=True)
@@ -265,7 +276,7 @@ class Experiment:
         longest_trial_s = task.max_steps * robot.spec.tick_s
         trials = config.algorithm.population * task.n_trials
         before = [(row[0], Cost(*row[1:])) for row in reader.costs()]
-        forecast = Forecast(task, config.algorithm.generations, trials, longest_trial_s, before)
+        forecast = Forecast(config.algorithm.generations, trials, longest_trial_s, before)
         spent = reader.spent()
         # trials that are not settled are counted when they are
         meter = Meter(limits, _amounts(spent) - Amounts(trials=spent.unsettled), longest_trial_s)
@@ -280,7 +291,7 @@ class Experiment:
             meter,
             forecast,
             config.suspenders.build(),
-            RunFacts(reader.run().name, config.algorithm.generations),
+            RunFacts(reader.run().name, task, config.algorithm.generations),
             confirm=config.operator.confirm,
             whole_generations=config.budget.whole_generations,
             reference=reference.run_if_due,
@@ -336,8 +347,3 @@ def _amounts(spent: SpentRow) -> Amounts:
 def _is_free(directory: Path) -> bool:
     """An empty folder, or what is left of a run that was killed before it began."""
     return directory.is_dir() and all(path.name == LOCK_NAME or Journal.is_unborn(path) for path in directory.iterdir())
-
-
-def _versions() -> dict[str, str]:
-    packages = {name: version(name) for name in ("sceann-hil", "numpy", "numba")}
-    return {**packages, "python": platform.python_version(), "machine": f"{platform.system()} {platform.machine()}"}

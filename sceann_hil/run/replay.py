@@ -42,7 +42,7 @@ def journalled_trials(reader: JournalReader, config: ExperimentConfig, attempts:
         config: the run's configuration.
         attempts: of one generation, at least one.
     """
-    individuals = reader.individuals(attempts[0].generation)
+    individuals = reader.individuals(attempts[0].own_generation)
     genomes = np.stack([row.genome_bits(config.genome_length) for row in individuals])
     starts, keys, ids = trial_arrays(attempts)
     individual, trial = np.array([(row.individual, row.trial) for row in attempts]).T

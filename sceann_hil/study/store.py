@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import json
-import platform
 import sqlite3
 import time
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Self
 
@@ -23,6 +21,7 @@ from sceann_hil.study.condition import Condition
 from sceann_hil.study.config import Study
 from sceann_hil.study.lockstep import BlockResult
 from sceann_hil.study.schema import APPLICATION_ID, SCHEMA, SCHEMA_VERSION, STUDY_NAME
+from sceann_hil.versions import running_versions
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,7 +209,7 @@ def _create(study: Study, directory: Path) -> None:
                 _now(),
                 study.config.seed,
                 json.dumps(study.written),
-                json.dumps(_versions()),
+                json.dumps(running_versions()),
             ),
         )
         db.executemany(
@@ -260,8 +259,3 @@ def _hex(condition: Condition) -> str:
 
 def _now() -> str:
     return datetime.now(UTC).isoformat(timespec="seconds")
-
-
-def _versions() -> dict[str, str]:
-    packages = {name: version(name) for name in ("sceann-hil", "numpy", "numba")}
-    return {**packages, "python": platform.python_version(), "machine": f"{platform.system()} {platform.machine()}"}

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sceann_hil.journal import Journal
+from sceann_hil.journal import AttemptKind, Journal, Slots
 from sceann_hil.network.coding import genome_from_hex
 from sceann_hil.network.phenotype import Phenotype
 from sceann_hil.robot import EmergencyStop, EndReason, Results, Robot, RobotFault, Trials
@@ -121,7 +121,7 @@ class ReferenceRuns:
         every = self._settings.every
         if every is None or self._robot.spec.repeatable:
             return None
-        rows = self._journal.reader.references()
+        rows = self._journal.reader.attempts_of_kind(AttemptKind.REFERENCE)
         last_at = self._last_at if self._last_at is not None else (trials - every if not rows else trials)
         self._last_at = last_at
         genome = self._genome(rows[0].genome if rows else None)
@@ -134,16 +134,27 @@ class ReferenceRuns:
             return None
         # the reference run is one of the trials that will be told next time
         self._last_at = trials + 1
-        self._journal.record_reference(genome, trial, results, float(self._task.fitness(results)[0]))
+        self._record(genome, trial, number, results)
         if EndReason.EMERGENCY_STOP in results.end_reasons:
             raise EmergencyStop("an emergency stop ended a reference run")
         if EndReason.FAULT in results.end_reasons:
             raise RobotFault(": ".join(("a reference run ended with a fault", *self._robot.health().messages)))
-        counted = [row.fitness for row in self._journal.reader.references() if row.fitness is not None]
+        counted = [
+            row.fitness
+            for row in self._journal.reader.attempts_of_kind(AttemptKind.REFERENCE)
+            if row.fitness is not None
+        ]
         warning = Drift.of(counted).warning
         if warning:
             self._journal.note("drift", warning)
         return warning
+
+    def _record(self, genome: str, trial: int, number: int, results: Results) -> None:
+        slots = Slots(np.array([number]), np.array([trial]), np.zeros(1, np.int64))
+        noise = np.array([keys(self._root_seed, Purpose.REFERENCE, number)], np.uint64).reshape(1)
+        starts = self._task.starts[trial][None]
+        ids = self._journal.intend(None, slots, starts, noise, AttemptKind.REFERENCE, [genome])
+        self._journal.record(ids, results, self._task.fitness(results))
 
     def _genome(self, known: str | None) -> str | None:
         if known or self._settings.genome:

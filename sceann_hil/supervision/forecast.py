@@ -1,15 +1,18 @@
-"""When the run will end: from the durations that were measured, where they are heading, and what the budget allows."""
+"""When the run will end: from the durations that were measured, where they are heading, and what the budget allows.
+
+An answer costs the same however many generations there were and will be: what is past is kept as sums, and what is to
+come is added up by a formula.
+"""
 
 from __future__ import annotations
 
+import math
+from collections import deque
 from collections.abc import Iterable
 from dataclasses import astuple, dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-from sceann_hil.robot.task import Task
 from sceann_hil.supervision.budget import Amounts
+from sceann_hil.supervision.trend import LogCourse, Trend
 from sceann_hil.timespans import duration_text
 
 RECENT_GENERATIONS = 4
@@ -55,49 +58,53 @@ class Ending:
 class Forecast:
     """Learns from the trials of a run how long the rest will take.
 
-    Attributes:
-        task: whose trials they are.
-
     Args:
-        task: whose trials they are.
         generations: number of the last generation.
         trials_per_generation: of a whole generation.
         longest_trial_s: robot time of a trial that reaches its step limit.
-        before: what generations cost in earlier sessions of the run.
+        before: what generations cost in earlier sessions of the run, in order.
     """
 
     def __init__(
         self,
-        task: Task,
         generations: int,
         trials_per_generation: int,
         longest_trial_s: float,
         before: Iterable[tuple[int, Cost]] = (),
     ) -> None:
-        self.task = task
         self._generations = generations
         self._trials_per_generation = trials_per_generation
         self._longest_trial_s = longest_trial_s
-        self._costs = dict(before)
-        self._generation = max(self._costs, default=0)
+        self._recent: deque[tuple[int, Cost]] = deque(maxlen=RECENT_GENERATIONS + 1)
+        self._measured = 0
+        self._trend = Trend()
+        """Of all measured generations but the newest, which is not over."""
+        for number, cost in before:
+            if cost.attempts:
+                self._append(number, cost)
+        self._generation = self._recent[-1][0] if self._recent else 0
         self._todo = trials_per_generation
 
     def begin(self, generation: int, todo: int) -> None:
         """A generation begins, of which `todo` trials are still to be run."""
         self._generation, self._todo = generation, todo
 
-    def _size(self, generation: int, todo: int = 0) -> int:
-        """Trials of a generation in all, as far as attempts tell: races may need fewer than were to do."""
-        done = self._costs[generation].attempts if generation in self._costs else 0
-        return min(done + todo, self._trials_per_generation)
-
     def add(self, robot_s: float, besides_s: float) -> None:
         """One attempt of this generation has ended."""
-        cost = self._costs.setdefault(self._generation, Cost())
+        if not self._recent or self._recent[-1][0] != self._generation:
+            self._append(self._generation, Cost())
+        cost = self._recent[-1][1]
         cost.attempts += 1
         cost.robot_s += robot_s
         cost.besides_s += besides_s
         self._todo = max(0, self._todo - 1)
+
+    def _append(self, number: int, cost: Cost) -> None:
+        if self._recent:
+            before, over = self._recent[-1]
+            self._trend.add(math.log1p(before), over.robot_s / over.attempts)
+        self._recent.append((number, cost))
+        self._measured += 1
 
     def ending(self, left: Amounts, battery_per_trial: float = 0.0) -> Ending:
         """When the run ends.
@@ -106,65 +113,73 @@ class Forecast:
             left: what the budget still allows.
             battery_per_trial: fraction of a full battery that a trial takes.
         """
-        trials = self._trials_to_come()
-        robot_s = self._trial_s(self._generation + np.arange(len(trials)))
-        by_budget, n, wall_s = self._end(trials, robot_s, left, battery_per_trial)
-        at_limit_s = self._end(trials, np.full(len(trials), self._longest_trial_s), left, battery_per_trial)[2]
+        by_budget, n, wall_s = self._end(self._trial_s(), left, battery_per_trial)
+        at_limit_s = self._end(LogCourse.constant(self._longest_trial_s), left, battery_per_trial)[2]
         return Ending(by_budget, n, wall_s, at_limit_s)
 
-    def _end(
-        self, trials: NDArray[np.float64], robot_s: NDArray[np.float64], left: Amounts, battery_per_trial: float
-    ) -> tuple[bool, float, float]:
+    def _end(self, trial_s: LogCourse, left: Amounts, battery_per_trial: float) -> tuple[bool, float, float]:
         """Whether a budget ends it, trials and time until then, if a trial of each generation takes so long."""
-        n, besides_s = len(trials), self._besides_s()
-        each = np.stack([robot_s, robot_s + besides_s, np.ones(n), np.full(n, battery_per_trial)], axis=1)
-        passed = np.cumsum(trials[:, None] * each, axis=0)
-        limits = np.array(astuple(left))
-        over = (passed > limits).any(axis=1)
-        if not over.any():
-            return False, float(trials.sum()), float(passed[-1, 1])
-        last = int(over.argmax())
-        before = passed[last - 1] if last else np.zeros(4)
-        costs = each[last] > 0.0
-        room = max(0.0, float(((limits - before)[costs] / each[last][costs]).min()))
-        return True, float(trials[:last].sum()) + room, float(before[1] + room * each[last, 1])
+        now, later = self._generation, max(0, self._generations - self._generation)
+        each, besides_s = self._trials_of_later(), self._besides_s()
+        limits = astuple(left)
 
-    def _trials_to_come(self) -> NDArray[np.float64]:
-        """Trials of this generation and of every later one, if those need as many as the newest finished ones."""
-        finished = range(max(0, self._generation - RECENT_GENERATIONS), self._generation)
+        def passed(whole: int) -> tuple[float, float, float, float]:
+            """Robot time, wall time, trials and battery until the end of this generation and `whole` later ones."""
+            if whole < 0:
+                return 0.0, 0.0, 0.0, 0.0
+            trials = self._todo + whole * each
+            robot_s = self._todo * trial_s.at(now) + each * trial_s.sum(now + 1, now + whole)
+            return robot_s, robot_s + trials * besides_s, trials, trials * battery_per_trial
+
+        def is_over(whole: int) -> bool:
+            return any(spent > limit for spent, limit in zip(passed(whole), limits, strict=True))
+
+        if not is_over(later):
+            _, wall_s, trials, _ = passed(later)
+            return False, trials, wall_s
+        fits, over = -1, later
+        while over - fits > 1:
+            middle = (fits + over) // 2
+            fits, over = (fits, middle) if is_over(middle) else (middle, over)
+        before, robot_s = passed(fits), trial_s.at(now + over)
+        costs = (robot_s, robot_s + besides_s, 1.0, battery_per_trial)
+        room = max(0.0, min((limits[i] - before[i]) / costs[i] for i in range(len(costs)) if costs[i] > 0.0))
+        return True, before[2] + room, before[1] + room * costs[1]
+
+    def _trials_of_later(self) -> float:
+        """Trials of a later generation, if it needs as many as the newest finished ones: races may need few."""
+        first = max(0, self._generation - RECENT_GENERATIONS)
+        sizes = {number: min(cost.attempts, self._trials_per_generation) for number, cost in self._recent}
         # a resumed generation is as large as any other, although little of it may be left
-        recent = [self._size(number) for number in finished] or [self._size(self._generation, self._todo)]
-        later = max(0, self._generations - self._generation)
-        return np.concatenate([[self._todo], np.full(later, np.mean(recent))])
+        recent = [sizes.get(number, 0) for number in range(first, self._generation)] or [
+            min(sizes.get(self._generation, 0) + self._todo, self._trials_per_generation)
+        ]
+        return sum(recent) / len(recent)
 
-    def _measured(self) -> list[tuple[int, Cost]]:
-        """Generations with attempts, in order."""
-        return [(number, cost) for number, cost in sorted(self._costs.items()) if cost.attempts]
+    def _newest(self) -> list[tuple[int, Cost]]:
+        return list(self._recent)[-RECENT_GENERATIONS:]
 
     def _besides_s(self) -> float:
-        recent = [cost for _, cost in self._measured()[-RECENT_GENERATIONS:]]
-        return sum(cost.besides_s for cost in recent) / max(1, sum(cost.attempts for cost in recent))
+        newest = [cost for _, cost in self._newest()]
+        return sum(cost.besides_s for cost in newest) / max(1, sum(cost.attempts for cost in newest))
 
-    def _trial_s(self, generations: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Expected robot time of a trial of each of these generations, which are still to come."""
-        measured = self._measured()
-        if not measured:
-            return np.full(len(generations), self._longest_trial_s)
-        recent = [cost for _, cost in measured[-RECENT_GENERATIONS:]]
-        recent_s = sum(cost.robot_s for cost in recent) / sum(cost.attempts for cost in recent)
-        if len(measured) <= LEAST_GENERATIONS:
-            return np.full(len(generations), recent_s)
+    def _trial_s(self) -> LogCourse:
+        """Expected robot time of a trial by generation."""
+        newest = self._newest()
+        if not newest:
+            return LogCourse.constant(self._longest_trial_s)
+        recent_s = sum(cost.robot_s for _, cost in newest) / sum(cost.attempts for _, cost in newest)
+        if self._measured <= LEAST_GENERATIONS:
+            return LogCourse.constant(recent_s)
         # evolution is fast at first: durations run about straight over the logarithm of the generation
-        progress = np.log1p([number for number, _ in measured])
-        means = np.array([cost.robot_s / cost.attempts for _, cost in measured])
-        slope = float(np.polyfit(progress[:-1], means[:-1], 1)[0])
-        ahead = np.log1p(generations) - progress[-RECENT_GENERATIONS:].mean()
-        expected_s = recent_s + TREND * slope * ahead
-        return np.asarray(np.clip(expected_s, 0.3 * recent_s, self._longest_trial_s), np.float64)
+        slope = TREND * self._trend.slope
+        middle = sum(math.log1p(number) for number, _ in newest) / len(newest)
+        lowest_s = min(0.3 * recent_s, self._longest_trial_s)
+        return LogCourse(recent_s - slope * middle, slope, lowest_s, self._longest_trial_s)
 
     def text(self, left: Amounts, battery_per_trial: float = 0.0) -> str:
         """For people: when the run ends, or its budget before it."""
-        if not self._measured():
+        if not self._recent:
             return ""
         end = self.ending(left, battery_per_trial)
         told = f"{'budget' if end.by_budget else 'run'} ends in about {duration_text(end.wall_s)}"

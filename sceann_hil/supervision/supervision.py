@@ -43,10 +43,12 @@ class RunFacts:
 
     Attributes:
         name: of the run.
+        task: whose trials are run.
         generations: number of the last generation.
     """
 
     name: str
+    task: Task
     generations: int
 
 
@@ -218,7 +220,7 @@ class Supervisor:
         return self._describe(generation, individual, trial, attempt)
 
     def _describe(self, generation: int, individual: int, trial: int, attempt: int) -> Situation:
-        task = self._forecast.task
+        task = self._facts.task
         return Situation(
             generation=generation,
             individual=individual,

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from sceann_hil.errors import UserError
-from sceann_hil.journal import JOURNAL_NAME, Journal, RunLock
+from sceann_hil.journal import JOURNAL_NAME, AttemptKind, Journal, RunLock, Slots
 from sceann_hil.robot import EndReason, Results
 from sceann_hil.run.experiment import Experiment
 from tests.runs import POLE, config_of
@@ -32,7 +33,12 @@ def test_a_run_with_a_reference_run_in_it_is_kept(tmp_path: Path) -> None:
     """Regression: robot time had been spent, and no attempt told of it."""
     experiment = Experiment.create(config_of(POLE), tmp_path / "run")
     results = Results.void(1, EndReason.TIME_UP, 0)
-    experiment.journal.record_reference("0" * 8, 0, results, 0.5)
+    slots = Slots(*(np.zeros(1, np.int64) for _ in range(3)))
+    journal = experiment.journal
+    ids = journal.intend(
+        None, slots, np.zeros((1, 4)), np.zeros(1, np.uint64), AttemptKind.REFERENCE, genomes=["0" * 8]
+    )
+    journal.record(ids, results, np.array([0.5]))
     assert not experiment.forget()
     experiment.close()
     assert (tmp_path / "run" / JOURNAL_NAME).exists()

@@ -58,9 +58,7 @@ class _Case:
         self.trials = int((np.cumsum(self.robot_s) <= self.budget_s).sum())
         self.whole_s = float((self.robot_s + self.besides_s)[: self.trials].sum())
         task = config.task.build()
-        self.forecast = Forecast(
-            task, len(durations_s) - 1, self.per_generation, task.max_steps * config.robot.spec.tick_s
-        )
+        self.forecast = Forecast(len(durations_s) - 1, self.per_generation, task.max_steps * config.robot.spec.tick_s)
 
     def error(self) -> float:
         """Relative error of the forecast of the whole time, made when a fifth of it has passed."""

@@ -13,7 +13,7 @@ matplotlib.use("Agg")
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sceann_hil.journal import ReferenceRow
+from sceann_hil.journal import AttemptRow
 from sceann_hil.robot.durations import Durations
 from sceann_hil.run.measuring import Measurement
 from sceann_hil.study.gap.comparison import GapReport
@@ -83,11 +83,11 @@ def draw_spread(fitness: Sequence[float], spread: Spread, path: Path) -> None:
     figure.savefig(path, dpi=120)
 
 
-def draw_drift(rows: Sequence[ReferenceRow], path: Path) -> None:
+def draw_drift(rows: Sequence[AttemptRow], path: Path) -> None:
     """The reference genome's fitness over the run."""
     figure = Figure(figsize=(6, 3.6), layout="constrained")
     axis = figure.subplots()
-    counted = [(row.attempt, row.fitness) for row in rows if row.fitness is not None]
+    counted = [(row.id, row.fitness) for row in rows if row.fitness is not None]
     axis.plot([attempt for attempt, _ in counted], [fitness for _, fitness in counted], "o-", color=_HERE)
     axis.set(xlabel="trial of the run", ylabel="fitness of the reference genome")
     figure.savefig(path, dpi=120)

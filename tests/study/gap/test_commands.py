@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from sceann_hil.cli import app
 from sceann_hil.errors import ConfigError, NotARun
-from sceann_hil.journal import JournalReader
+from sceann_hil.journal import AttemptKind, JournalReader
 from sceann_hil.robot import Results, Trials
 from sceann_hil.run.experiment import Experiment, Outcome
 from tests.runs import GOAL, POLE, config_of, evolve
@@ -100,7 +100,7 @@ def test_reference_runs_see_a_robot_drift(robot: type[Beside], drifts: bool, tmp
     with Experiment.create(config, tmp_path / "run") as experiment, robot(config.robot.build()) as beside:
         assert experiment.evolve(beside) is Outcome.FINISHED
         events = [kind for _, _, kind, _ in experiment.journal.reader.events()]
-    rows = JournalReader(tmp_path / "run").references()
+    rows = JournalReader(tmp_path / "run").attempts_of_kind(AttemptKind.REFERENCE)
     # the first generation has no best yet
     assert len(rows) >= 8
     assert len({row.genome for row in rows}) == 1
@@ -112,6 +112,6 @@ def test_reference_runs_see_a_robot_drift(robot: type[Beside], drifts: bool, tmp
 
 def test_a_robot_that_repeats_its_trials_needs_no_reference(tmp_path: Path) -> None:
     evolve(tmp_path / "run", GOAL, "reference.every=5")
-    assert JournalReader(tmp_path / "run").references() == []
+    assert JournalReader(tmp_path / "run").attempts_of_kind(AttemptKind.REFERENCE) == []
     with pytest.raises(NotARun, match="no reference runs"):
         CliRunner().invoke(app, ["drift", str(tmp_path / "run")], catch_exceptions=False)

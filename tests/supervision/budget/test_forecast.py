@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from sceann_hil.journal import JournalReader
 from sceann_hil.run.experiment import Experiment, Outcome
 from sceann_hil.supervision.budget import Amounts
 from sceann_hil.supervision.forecast import Cost, Forecast
-from sceann_hil.tasks.pole_balancing import PoleBalancing
+from sceann_hil.supervision.trend import LogCourse, Trend
 from tests.runs import GOAL, config_of
 from tests.supervision.operators.fakes import Beside
 
-TASK = PoleBalancing(3000, 1.0)
 UNLIMITED = Amounts.unlimited()
 EVERYTHING = ["robot_s", "wall_s", "trials", "battery_charges"]
 
 
 def forecast_of(*generations_s: float, before: tuple[tuple[int, Cost], ...] = ()) -> Forecast:
     """21 generations of 5 trials of at most 60 s; those that are given are over, at 2 s of a person per trial."""
-    forecast = Forecast(TASK, 20, 5, 60.0, before)
+    forecast = Forecast(20, 5, 60.0, before)
     for number, robot_s in enumerate(generations_s):
         forecast.begin(number, 5)
         for _ in range(5):
@@ -71,7 +72,7 @@ def test_a_person_reads_when_and_whether_the_budget_ends_it() -> None:
 
 def test_attempts_that_are_settled_before_a_generation_begins_count() -> None:
     """Regression: they counted as a generation -1, whose logarithm is none."""
-    forecast = Forecast(TASK, 20, 5, 60.0, [(0, Cost(3, 30.0, 6.0))])
+    forecast = Forecast(20, 5, 60.0, [(0, Cost(3, 30.0, 6.0))])
     forecast.add(10.0, 2.0)
     for number in range(12):
         forecast.begin(number, 5)
@@ -87,4 +88,40 @@ def test_a_resumed_run_knows_what_its_trials_took(tmp_path: Path) -> None:
     costs = [(row[0], Cost(*row[1:])) for row in JournalReader(tmp_path / "run").costs()]
     assert sum(cost.attempts for _, cost in costs) == 20
     assert sum(cost.robot_s for _, cost in costs) == pytest.approx(JournalReader(tmp_path / "run").spent().robot_s)
-    assert "run ends in about" in Forecast(TASK, 1, 18, 12.0, costs).text(UNLIMITED)
+    assert "run ends in about" in Forecast(1, 18, 12.0, costs).text(UNLIMITED)
+
+
+def test_a_million_generations_cost_no_more_than_ten() -> None:
+    """Regression: every event computed with arrays as long as the run; a generation kept a gigabyte."""
+    forecast = Forecast(1_000_000, 5, 60.0)
+    tracemalloc.start()
+    for number in range(2000):
+        forecast.begin(number, 5)
+        for _ in range(5):
+            forecast.add(10.0, 2.0)
+        if number == 100:
+            before, _ = tracemalloc.get_traced_memory()
+    end = forecast.ending(UNLIMITED)
+    after, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert end.wall_s == pytest.approx((1_000_001 - 2000) * 5 * 12.0)
+    assert after - before < 10_000
+    assert most - before < 100_000
+
+
+def test_the_formula_is_the_sum_over_generations() -> None:
+    rng = np.random.default_rng(5)
+    for _ in range(200):
+        ends = np.sort(rng.uniform(0.0, 60.0, 2))
+        course = LogCourse(rng.uniform(-10, 50), rng.choice([0.0, rng.uniform(-20, 20)]), *ends)
+        first, n = int(rng.integers(0, 200)), int(rng.integers(0, 300))
+        expected = sum(course.at(generation) for generation in range(first, first + n))
+        assert course.sum(first, first + n - 1) == pytest.approx(expected, abs=1e-6)
+
+
+def test_the_line_is_the_least_squares_line() -> None:
+    x, y = np.random.default_rng(6).random((2, 50))
+    trend = Trend()
+    for pair in zip(x.tolist(), y.tolist(), strict=True):
+        trend.add(*pair)
+    assert trend.slope == pytest.approx(np.polyfit(x, y, 1)[0])

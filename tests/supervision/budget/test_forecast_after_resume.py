@@ -6,14 +6,11 @@ import pytest
 
 from sceann_hil.supervision.budget import Amounts
 from sceann_hil.supervision.forecast import Cost, Forecast
-from sceann_hil.tasks.pole_balancing import PoleBalancing
-
-TASK = PoleBalancing(3000, 1.0)
 
 
 def test_a_generation_of_which_little_is_left_says_nothing_of_the_next_ones() -> None:
     """Regression: with 1 of 5 trials left, every later generation counted as 1 trial."""
-    forecast = Forecast(TASK, 20, 5, 60.0, [(0, Cost(5, 50.0, 10.0)), (1, Cost(4, 40.0, 8.0))])
+    forecast = Forecast(20, 5, 60.0, [(0, Cost(5, 50.0, 10.0)), (1, Cost(4, 40.0, 8.0))])
     forecast.begin(1, 1)
     end = forecast.ending(Amounts.unlimited())
     assert end.trials == 1 + 19 * 5
@@ -22,7 +19,7 @@ def test_a_generation_of_which_little_is_left_says_nothing_of_the_next_ones() ->
 
 def test_generations_that_races_made_shorter_are_expected_to_stay_short() -> None:
     """Regression: every later generation counted as all trials that a race may have."""
-    forecast = Forecast(TASK, 20, 5, 60.0)
+    forecast = Forecast(20, 5, 60.0)
     for number in range(3):
         forecast.begin(number, 5)
         for _ in range(3):

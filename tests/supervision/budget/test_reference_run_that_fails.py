@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sceann_hil.journal import JournalReader
+from sceann_hil.journal import AttemptKind, JournalReader
 from sceann_hil.robot import EmergencyStop, EndReason, RobotError, RobotFault
 from sceann_hil.run.experiment import Experiment
 from tests.runs import GOAL, config_of
@@ -36,5 +36,5 @@ def test_it_halts_the_run_like_any_other_trial(reason: EndReason, error: type[Ro
     ):
         experiment.evolve(robot)
     reader = JournalReader(tmp_path / "run")
-    assert [(row.end_reason, row.fitness) for row in reader.references()] == [(reason, None)]
+    assert [(row.end_reason, row.fitness) for row in reader.attempts_of_kind(AttemptKind.REFERENCE)] == [(reason, None)]
     reader.close()
