@@ -62,6 +62,31 @@ def write(path: Path, content: bytes) -> None:
         _warn(f"{path.parent}: {error.strerror or error}. What is computed here once is computed again next time.")
 
 
+def seal(path: Path) -> None:
+    """Note the digest of a file that others read by its path, such as a program, beside it."""
+    with path.open("rb") as file:
+        os.fsync(file.fileno())
+        digest = hashlib.file_digest(file, "sha256").digest()
+    write(_seal(path), digest)
+
+
+def is_sealed(path: Path) -> bool:
+    """Whether a file is as it was when it was sealed; if not, it is removed."""
+    try:
+        with path.open("rb") as file:
+            digest = hashlib.file_digest(file, "sha256").digest()
+    except OSError:
+        return False
+    if read(_seal(path)) == digest:
+        return True
+    remove(path)
+    return False
+
+
+def _seal(path: Path) -> Path:
+    return path.with_name(f"{path.name}.sha256")
+
+
 def remove(path: Path) -> None:
     """Throw a file away, if it is there and that is possible."""
     with contextlib.suppress(OSError):
