@@ -11,6 +11,7 @@ import hashlib
 import pickle
 import re
 import sys
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,9 @@ from numba.core.caching import _Cache
 
 from sceann_hil import derived
 from sceann_hil.network.fingerprint import fingerprint
+
+_has_dynamic_globals = attrgetter("library.has_dynamic_globals")
+"""Code with addresses of this process in it, such as those of large global arrays."""
 
 
 class CodeCache(_Cache):
@@ -56,10 +60,9 @@ class CodeCache(_Cache):
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        if not self._enabled or data.library.has_dynamic_globals or any(not x.can_cache for x in data.lifted):
-            return
-        dumps: Any = serialize.dumps
-        derived.write(self._path(sig, data.codegen), dumps(data._reduce()))
+        if self._enabled and not _has_dynamic_globals(data) and all(loop.can_cache for loop in data.lifted):
+            dumps: Any = serialize.dumps
+            derived.write(self._path(sig, data.codegen), dumps(data._reduce()))
 
     def enable(self) -> None:
         self._enabled = True
