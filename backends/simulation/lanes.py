@@ -27,7 +27,7 @@ from sceann_hil.network.neurons import LANES, update_hashes, update_outputs, upd
 from sceann_hil.robot import EndReason
 
 RUNNING = -1
-WORK_ROWS = 4
+WORK_ROWS = 10
 _TIME_UP = int(EndReason.TIME_UP)
 _F = np.float32
 _U = np.uint32
