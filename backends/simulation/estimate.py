@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from backends.simulation.engine import SimulatedRobot
+from backends.simulation.body import SimulatedBody
 from backends.simulation.gap_model import Float, GapModel, Observed, Parameters
 from sceann_hil.network.controller import SENSOR_MAX
 from sceann_hil.robot import NOT_IDENTIFIABLE, Estimated, GapEstimate, Trace
@@ -48,7 +48,7 @@ _KEPT, _KEPT_SQUARE = 0.9, 0.623
 """Part of the differences that the noise is taken from, the smallest ones, and their mean square if normal."""
 
 
-def estimate_gap(robot: SimulatedRobot, starts: NDArray[np.float64], traces: tuple[Trace, ...]) -> GapEstimate:
+def estimate_gap(robot: SimulatedBody, starts: NDArray[np.float64], traces: tuple[Trace, ...]) -> GapEstimate:
     """The estimate.
 
     Args:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from backends.simulation.engine import SimulatedRobot
+from backends.simulation.body import SimulatedBody
 from backends.simulation.openloop import drive
 from sceann_hil.network.controller import ONE, SENSOR_MAX
 from sceann_hil.robot import Trace
@@ -123,7 +123,7 @@ class GapModel:
         copies: times that each is driven.
     """
 
-    def __init__(self, robot: SimulatedRobot, observed: Observed, copies: int = _COPIES) -> None:
+    def __init__(self, robot: SimulatedBody, observed: Observed, copies: int = _COPIES) -> None:
         self.robot = robot
         self.observed = observed
         self.copies = copies if robot.n_noise else 1

@@ -5,28 +5,24 @@ What the sensors read is kept as it is before a controller sees it: neither clip
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from types import FunctionType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from backends.simulation.engine import SimulatedRobot
-from backends.simulation.lanes import WORK_ROWS, Advance, Sense, fill_normals
-from sceann_hil.network.compiled import compiled
+from backends.simulation.body import Float32Array, SimulatedBody
+from backends.simulation.lanes import WORK_ROWS, fill_normals
 from sceann_hil.network.neurons import LANES
 
 _U = np.uint32
-Float32Array = NDArray[np.float32]
 
 sense: Any = None
+"""The body's, in the globals that `SimulatedBody.bind` makes."""
 advance: Any = None
-_bound: dict[tuple[Sense, Advance], Callable[..., None]] = {}
 
 
 def drive(
-    robot: SimulatedRobot, starts: NDArray[np.float64], motors: Float32Array, keys: NDArray[np.uint64]
+    robot: SimulatedBody, starts: NDArray[np.float64], motors: Float32Array, keys: NDArray[np.uint64]
 ) -> Float32Array:
     """What the body's sensors read while its motors are driven.
 
@@ -41,35 +37,23 @@ def drive(
     Returns:
         Sensor values before each step, shape ``(n, steps, n_sensors)``.
     """
-    body = (type(robot).sense, type(robot).advance)
-    if body not in _bound:
-        _bound[body] = _bind(*body, robot.spec.name)
-    spec = robot.spec
+    sensed = np.zeros((*motors.shape[:2], robot.spec.n_sensors), np.float32)
+    states = robot.checked_states(starts)
     n_noise = robot.n_noise + robot.n_noise % 2
-    sensed = np.zeros((*motors.shape[:2], spec.n_sensors), np.float32)
-    _bound[body](
-        starts.astype(np.float32),
-        motors,
-        keys,
-        n_noise,
-        len(spec.state_fields),
-        robot.parameters,
-        sensed,
-    )
+    robot.bind(_drive)(states, np.ascontiguousarray(motors), keys, n_noise, robot.checked_parameters(), sensed)
     return sensed
 
 
 def _drive(
-    starts: Float32Array,
+    states: Float32Array,
     commands: Float32Array,
     keys: NDArray[np.uint64],
     n_noise: int,
-    n_state: int,
     parameters: Float32Array,
     sensed: Float32Array,
 ) -> None:
     n_trials, n_steps, n_motors = commands.shape
-    n_sensors = sensed.shape[2]
+    n_sensors, n_state = sensed.shape[2], states.shape[1]
     state = np.zeros((n_state, LANES), np.float32)
     sensors = np.zeros((n_sensors, LANES), np.float32)
     motors = np.zeros((n_motors, LANES), np.float32)
@@ -85,7 +69,7 @@ def _drive(
             key_low[lane] = _U(keys[first + lane])
             key_high[lane] = _U(keys[first + lane] >> np.uint64(32))
             for k in range(n_state):
-                state[k, lane] = starts[first + lane, k]
+                state[k, lane] = states[first + lane, k]
         step[:] = 0
         for t in range(n_steps):
             sense(state, sensors, work, parameters)
@@ -100,11 +84,3 @@ def _drive(
             advance(state, motors, noise, ended, work, parameters)
             for lane in range(LANES):
                 step[lane] += np.int32(1)
-
-
-def _bind(sense: Sense, advance: Advance, body: str) -> Callable[..., None]:
-    """The loop for one body, as `backends.simulation.lanes.bind` does it."""
-    scope: dict[str, Any] = {**globals(), "sense": sense, "advance": advance}
-    bound = FunctionType(_drive.__code__, scope, f"drive_{body}")
-    bound.__qualname__ = f"drive_{body}"
-    return compiled(bound)

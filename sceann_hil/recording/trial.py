@@ -11,7 +11,7 @@ from sceann_hil.journal import AttemptRow
 from sceann_hil.network.coding import NetworkSize, Weights
 from sceann_hil.robot import EndReason, Trace
 from sceann_hil.robot.scenery import Scenery
-from sceann_hil.robot.signal_names import hidden_names, motor_names, sensor_names
+from sceann_hil.robot.signal_names import motor_names, sensor_names
 
 _NOT_IN_AN_ID = re.compile(r"[^A-Za-z0-9_-]+")
 
@@ -48,7 +48,7 @@ class RecordedRun:
     @cached_property
     def hidden_names(self) -> tuple[str, ...]:
         """Names of the hidden neurons."""
-        return hidden_names(self.size)
+        return self.size.hidden_names
 
     @cached_property
     def motor_names(self) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""What people call a network's inputs and neurons: the same in the viewer, in reports and in tables."""
+"""What people call a body's sensors and motors: the same in the viewer, in reports and in comparisons."""
 
 from __future__ import annotations
 
@@ -16,12 +16,7 @@ def sensor_names(size: NetworkSize, scenery: Scenery | None) -> tuple[str, ...]:
             return tuple(f"{math.degrees(a):+.0f}°" if abs(a) > 1e-9 else "0°" for a in directions)
         case CartPoleScenery() if n <= 4:
             return ("x", "angle", "speed", "rate")[:n]
-    return tuple(f"s{i}" for i in range(1, n + 1))
-
-
-def hidden_names(size: NetworkSize) -> tuple[str, ...]:
-    """Of the hidden neurons: h1, h2, ..., as the paper's figures count them."""
-    return tuple(f"h{i}" for i in range(1, size.n_hidden + 1))
+    return size.sensor_names
 
 
 def motor_names(size: NetworkSize, scenery: Scenery | None) -> tuple[str, ...]:
@@ -32,4 +27,4 @@ def motor_names(size: NetworkSize, scenery: Scenery | None) -> tuple[str, ...]:
             return ("left", "right")
         case CartPoleScenery() if n == 1:
             return ("force",)
-    return tuple(f"m{i}" for i in range(1, n + 1))
+    return size.motor_names

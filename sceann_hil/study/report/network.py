@@ -12,7 +12,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyArrowPatch
 
 from sceann_hil.network.coding import NetworkSize, Weights
-from sceann_hil.robot.signal_names import hidden_names
 from sceann_hil.study.style import BLUE, DARK, GREY, LIGHT, RED, drawing, plain, save
 
 _HEIGHT = 7.0
@@ -32,7 +31,7 @@ def draw_network(
         motors: a name for each motor neuron.
         path: without suffix.
     """
-    hidden = hidden_names(size)
+    hidden = list(size.hidden_names)
     with drawing(17.0, 8.2) as figure:
         left, right = figure.subplots(1, 2, width_ratios=(1.45, 1.0))
         _draw_graph(left, weights, size, sensors, hidden, motors)
