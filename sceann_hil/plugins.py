@@ -61,6 +61,11 @@ class RobotConfig(PluginConfig):
     def build(self) -> Robot:
         """The robot, not yet connected."""
 
+    @property
+    def simulated(self) -> RobotConfig | None:
+        """The simulated robot with the same body: itself if it is one; None if nobody has described it."""
+        return self if self.spec.repeatable else None
+
     def on_virtual_board(self, body: RobotConfig) -> AbstractContextManager[RobotConfig | None]:
         """This robot's firmware on a virtual board of this computer, for as long as the block lasts.
 
@@ -75,6 +80,9 @@ class RobotConfig(PluginConfig):
 
 class TaskConfig(PluginConfig):
     """The `task` section."""
+
+    usual_robot: ClassVar[str | None] = None
+    """Type of a simulated robot with the keys `n_sensors` and `tick_s` that can stand in for a real one."""
 
     @abstractmethod
     def build(self) -> Task:

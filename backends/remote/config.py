@@ -12,7 +12,6 @@ from pydantic import Field, SerializeAsAny, ValidationError, field_validator, mo
 
 import sceann_hil.link.serial_bus as serial_bus
 from backends.remote.connection import RemoteSettings
-from backends.remote.ends import SensorEnd, SensorWatch, TaskEnd
 from backends.remote.robot import RemoteRobot
 from backends.simulation.engine import SimulatedRobot
 from sceann_hil import registry
@@ -22,6 +21,7 @@ from sceann_hil.link.vocabulary import MAX_MOTORS, MAX_SENSORS, Mode
 from sceann_hil.plugins import Misfit, RobotConfig, Section
 from sceann_hil.registry import Group
 from sceann_hil.robot import EndReason, RobotSpec
+from sceann_hil.robot.sensor_ends import SensorEnd, SensorWatch, TaskEnd
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
 
@@ -170,6 +170,11 @@ class RemoteConfig(RobotConfig):
             body if isinstance(body, SimulatedRobot) else None,
             SensorWatch(self.ends) if self.ends else None,
         )
+
+    @property
+    def simulated(self) -> RobotConfig | None:
+        """Mode hil has the body in its section; what another robot looks like nobody has written down."""
+        return self.body
 
     @contextmanager
     def on_virtual_board(self, body: RobotConfig) -> Iterator[RobotConfig]:

@@ -33,7 +33,7 @@ from sceann_hil.commands.arguments import (
 )
 from sceann_hil.commands.progress import show_progress
 from sceann_hil.commands.recording import Live, Record, RecordChoice, recorded, watched_live
-from sceann_hil.config import dump_config, load_config, parse_config
+from sceann_hil.config import load_config
 from sceann_hil.errors import ExitCode, as_user_error
 from sceann_hil.run.ancestor import Ancestor, Take
 from sceann_hil.run.experiment import Experiment, Outcome, StopRequest
@@ -119,8 +119,7 @@ def _run(
     console = Console(stderr=True, highlight=False)
     settings = experiment.config.operator
     if operator is not None:
-        text = dump_config(experiment.config)
-        settings = parse_config(text, str(experiment.directory), operator_override(operator)).operator
+        settings = experiment.config.with_changes(settings=operator_override(operator)).operator
     robot = experiment.config.robot.build()
     with ExitStack() as connected:
         # entered first, so left last: the robot is let go before anybody waits for recordings

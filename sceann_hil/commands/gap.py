@@ -13,8 +13,7 @@ from rich.table import Table
 
 from sceann_hil.commands.arguments import AsJson, OperatorOption, RunDirectory, operator_override, print_json
 from sceann_hil.commands.measured import measured
-from sceann_hil.commands.other_robot import with_robot_of
-from sceann_hil.config import ExperimentConfig, dump_config, parse_config
+from sceann_hil.config import ExperimentConfig, with_robot_of
 from sceann_hil.errors import ConfigError, NotARun
 from sceann_hil.journal import AttemptKind, IndividualRow, JournalReader
 from sceann_hil.robot import GapEstimate
@@ -86,7 +85,7 @@ def repeat(
     Example: sceann repeat runs/first --genome best -n 20
     """
     reader = JournalReader(directory)
-    config = _with_operator(journalled_config(reader), operator)
+    config = journalled_config(reader).with_changes(settings=operator_override(operator))
     config = with_robot_of(config, on) if on is not None else config
     row = _individual(reader, genome)
     folder = _folder(directory, "repeat")
@@ -163,11 +162,11 @@ def gap_section(estimate: GapEstimate | None) -> str:
 
 def _pair(config: ExperimentConfig, on: Path | None, operator: str | None) -> tuple[ExperimentConfig, ExperimentConfig]:
     """The run's configuration on the simulated robot, and on the other one."""
-    config = _with_operator(config, operator)
+    config = config.with_changes(settings=operator_override(operator))
     other = with_robot_of(config, on) if on is not None else None
     if config.robot.spec.repeatable and other is not None:
         return config, other
-    body = getattr(config.robot, "body", None)
+    body = config.robot.simulated
     if not config.robot.spec.repeatable and (other is not None or body is not None):
         simulated = other if other is not None else config.model_copy(update={"robot": body})
         if simulated.robot.spec.repeatable:
@@ -176,10 +175,6 @@ def _pair(config: ExperimentConfig, on: Path | None, operator: str | None) -> tu
         f"compare needs a simulated robot and another one; the run's own is {config.robot.spec.name}.",
         "Name the other one: --on ROBOT.yaml, a file with a robot section.",
     )
-
-
-def _with_operator(config: ExperimentConfig, operator: str | None) -> ExperimentConfig:
-    return parse_config(dump_config(config), "--operator", operator_override(operator))
 
 
 def _best(reader: JournalReader, top: int) -> list[IndividualRow]:

@@ -12,9 +12,8 @@ from rich.console import Console
 from rich.table import Table
 
 from sceann_hil.commands.arguments import AsJson, ConfigFile, Overrides, Seed, overrides_of, print_json
-from sceann_hil.commands.other_robot import with_robot_of
 from sceann_hil.commands.progress import show_progress
-from sceann_hil.config import load_config
+from sceann_hil.config import load_config, with_robot_of
 from sceann_hil.journal import JournalReader
 from sceann_hil.run.experiment import Experiment, Outcome
 from sceann_hil.run.plan import PROMPT_S

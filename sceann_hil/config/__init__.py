@@ -4,6 +4,8 @@
   `document`, `overrides` (where things stand) and `explain`, `problems` (what to say of them).
 * `ExperimentConfig` and `ControllerConfig` are the models: `model`. The sections `robot`, `task` and
   `algorithm` are plug-ins: `sceann_hil.plugins`, `sceann_hil.registry`.
+* `config_from` takes a mapping instead of a file, `ExperimentConfig.with_changes` changes some keys, `with_robot_of`
+  puts an experiment on another file's robot: `data`.
 * `dump_config` writes the canonical text, `config_difference` compares two: `text`.
 * `outline_of` says what a configuration names, without its plug-ins: `outline`.
 * `json_schema` and `schema_text` are for editors: `schema`.
@@ -17,6 +19,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from sceann_hil.config.data import config_from, with_robot_of
     from sceann_hil.config.load import load_config, parse_config
     from sceann_hil.config.model import ControllerConfig, ExperimentConfig
     from sceann_hil.config.outline import Outline, outline_of
@@ -29,15 +32,18 @@ __all__ = [
     "ExperimentConfig",
     "Outline",
     "config_difference",
+    "config_from",
     "dump_config",
     "json_schema",
     "load_config",
     "outline_of",
     "parse_config",
     "schema_text",
+    "with_robot_of",
 ]
 
 _MODULES = {
+    "data": ("config_from", "with_robot_of"),
     "load": ("load_config", "parse_config"),
     "model": ("ControllerConfig", "ExperimentConfig"),
     "outline": ("Outline", "outline_of"),

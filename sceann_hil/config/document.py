@@ -63,6 +63,17 @@ class Document:
         """Where a value begins, or else the nearest section around it."""
         return self.values.get(path) or self.place_of_key(path)
 
+    def below(self, path: Path) -> Document:
+        """One value as a document of its own, with its places and problems; it shares the data."""
+        data, n = self.data, len(path)
+        for part in path:
+            data = data[part]
+        keys = {inner[n:]: place for inner, place in self.keys.items() if len(inner) > n and inner[:n] == path}
+        values = {inner[n:]: place for inner, place in self.values.items() if inner[:n] == path}
+        here = dotted(path)
+        problems = [problem for problem in self.problems if f"{problem.key}.".startswith((f"{here}.", f"{here}["))]
+        return Document(self.source, data, keys, values, problems)
+
 
 def parse(text: str, source: str, override: int = 0) -> Document:
     """Plain data from YAML text.
@@ -76,7 +87,8 @@ def parse(text: str, source: str, override: int = 0) -> Document:
         ConfigError: the text is not YAML.
     """
     try:
-        node = _Loader(text).get_single_node()
+        loader = _Loader(text)
+        node = loader.get_single_node()
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         place = Place(override, mark.line + 1, mark.column + 1, source) if mark else Place(override, 1, 1, source)
@@ -89,7 +101,7 @@ def parse(text: str, source: str, override: int = 0) -> Document:
     document = Document(source, None)
     if node is None:
         return document
-    return replace(document, data=_Builder(document, override).build(node, ()))
+    return replace(document, data=_Builder(document, override, loader.tags).build(node, ()))
 
 
 def _syntax(error: yaml.MarkedYAMLError) -> str:
@@ -137,6 +149,8 @@ class _Loader(Reader, Scanner, Parser, Composer, _Resolver):
         Composer.__init__(self)
         _Resolver.__init__(self)
         self._depth = 0
+        self.tags: dict[Node, str] = {}
+        """As they were written, of the nodes that have one."""
 
     def compose_node(self, parent: Node | None, index: Any) -> Node | None:
         event: yaml.Event = self.peek_event()  # type: ignore[no-untyped-call]
@@ -149,34 +163,45 @@ class _Loader(Reader, Scanner, Parser, Composer, _Resolver):
         self._depth += 1
         node = super().compose_node(parent, index)
         self._depth -= 1
+        if node is not None and (tag := getattr(event, "tag", None)) is not None:
+            self.tags[node] = tag.replace("tag:yaml.org,2002:", "!!")
         return node
 
 
 class _Builder:
     """Plain data from nodes; places and problems are noted in the document."""
 
-    def __init__(self, document: Document, override: int) -> None:
+    def __init__(self, document: Document, override: int, tags: dict[Node, str]) -> None:
         self._document = document
         self._override = override
+        self._tags = tags
 
     def build(self, node: Node, path: Path) -> Any:
         self._document.values[path] = self._place(node)
+        if self._is_tagged(node, path):
+            return None
         match node:
             case MappingNode():
                 return self._mapping(node, path)
-            case SequenceNode(tag="tag:yaml.org,2002:seq"):
+            case SequenceNode():
                 return [self.build(item, (*path, index)) for index, item in enumerate(node.value)]
             case ScalarNode():
                 return self._scalar(node, path)
-        return self._problem(node, path, f"the tag {node.tag} is not supported")
+        raise TypeError(f"expected a mapping, a sequence or a scalar, got {node!r}")
+
+    def _is_tagged(self, node: Node, path: Path) -> bool:
+        if node not in self._tags:
+            return False
+        self._problem(node, path, f"the tag {self._tags[node]} is not supported, remove it")
+        return True
 
     def _mapping(self, node: MappingNode, path: Path) -> Any:
-        if node.tag != "tag:yaml.org,2002:map":
-            return self._problem(node, path, f"the tag {node.tag} is not supported")
         data: dict[str, Any] = {}
         for key_node, value_node in node.value:
             if not isinstance(key_node, ScalarNode):
                 self._problem(key_node, path, "expected a word as key")
+                continue
+            if self._is_tagged(key_node, (*path, key_node.value)):
                 continue
             key = key_node.value
             here = (*path, key)

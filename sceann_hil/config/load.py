@@ -49,6 +49,7 @@ def parse_config(text: str, source: str, overrides: Sequence[str] = ()) -> Exper
     document = parse(text, source)
     start = document.values.get((), Place(0, 1, 1, source))
     if not isinstance(document.data, dict):
+        raise_if_any(document.problems)
         keys = ", ".join(ExperimentConfig.model_fields)
         fail(start, f"expected keys ({keys}), got {shown(document.data)}")
     return validated(with_overrides(document, overrides))

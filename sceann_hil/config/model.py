@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Annotated, Self
+from typing import Annotated, Any, Self, cast
 
 from pydantic import AfterValidator, Field, SerializeAsAny, model_validator
 
@@ -100,6 +100,24 @@ class ExperimentConfig(Section):
     def genome_length(self) -> int:
         """L, bits of a genome."""
         return self.phenotype.genome_length
+
+    def with_changes(
+        self, changes: Mapping[str, Any] | None = None, /, *, settings: Sequence[str] = (), **sections: Any
+    ) -> Self:
+        """This configuration with some values replaced, checked as a whole like a file.
+
+        Args:
+            changes: new values by dotted key, such as ``{"algorithm.population": 50, "seed": 3}``. A value replaces
+                what stands there: a section's value is the whole section.
+            settings: ``key.sub=value`` texts, as ``--set`` gives them.
+            sections: further changes whose keys are words: ``robot={"type": "cartpole"}``, ``seed=3``.
+
+        Raises:
+            ConfigError: what is wrong with the result.
+        """
+        from sceann_hil.config.data import changed  # it checks with this model
+
+        return cast(Self, changed(self, {**(changes or {}), **sections}, settings))
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:

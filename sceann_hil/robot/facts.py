@@ -33,6 +33,11 @@ class RobotSpec:
     repeatable: bool = True
     noise_free: bool = False
 
+    @property
+    def takes_batches(self) -> bool:
+        """Any number of trials at once, with nobody beside it."""
+        return self.batch_size is None and not self.attended
+
 
 @dataclass(frozen=True, slots=True)
 class Health:

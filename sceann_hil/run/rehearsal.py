@@ -13,15 +13,13 @@ from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 
 from sceann_hil import registry
-from sceann_hil.config import ExperimentConfig, dump_config, parse_config
+from sceann_hil.config import ExperimentConfig
 from sceann_hil.errors import ConfigError
 from sceann_hil.plugins import RobotConfig
 from sceann_hil.registry import Group
 from sceann_hil.robot import EndReason, Results, Robot, RobotSpec, Trials
 from sceann_hil.robot.scenery import Scenery
 from sceann_hil.supervision.operators import Prompt, Who
-
-_BODY_OF_TASK = {"goal_reach": "diffdrive", "pole_balancing": "cartpole"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +82,7 @@ def rehearsal(
         ConfigError: there is no body that fits, or no firmware.
     """
     real = config.robot
-    simulated = body or (real if real.spec.repeatable else getattr(real, "body", None)) or _usual_body(config)
+    simulated = body or real.simulated or _usual_body(config)
     attended = real.spec.attended or simulated is real
     script = ("ready", "accept") if config.operator.confirm else ("ready",)
     operator = config.operator
@@ -97,15 +95,13 @@ def rehearsal(
                 f"--firmware: robot {real.type} has no firmware to rehearse.",
                 "Leave it out, or name a configuration with a robot of type remote.",
             )
-        played = config.model_copy(update={"operator": operator, "robot": twin or simulated})
-        # once more through the text, so that the stand-in's network and task are checked like any other
-        checked = parse_config(dump_config(played), "the rehearsal")
+        checked = config.with_changes(operator=operator, robot=twin or simulated)
         robot = checked.robot.build() if twin else StandIn(simulated.build(), attended=attended)
         yield Rehearsal(checked, robot)
 
 
 def _usual_body(config: ExperimentConfig) -> RobotConfig:
-    kind = _BODY_OF_TASK.get(config.task.type)
+    kind = config.task.usual_robot
     if kind is None:
         raise ConfigError(
             f"task {config.task.type}: there is no simulated body to rehearse with.",

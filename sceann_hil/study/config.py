@@ -22,7 +22,7 @@ from sceann_hil.config.file import read_text
 from sceann_hil.config.load import validated
 from sceann_hil.config.model import MAX_SEED
 from sceann_hil.config.overrides import put, with_overrides
-from sceann_hil.config.problems import ConfigProblems, Path, Place, Problem, fail, raise_if_any, shown
+from sceann_hil.config.problems import ConfigProblems, Place, Problem, fail, raise_if_any, shown
 from sceann_hil.plugins import Section
 from sceann_hil.study.condition import Condition, Setting, setting_text
 
@@ -84,6 +84,7 @@ def parse_study(text: str, source: str, overrides: Sequence[str] = ()) -> Study:
     """Check a study that is not in a file; arguments and errors as in `load_study`."""
     document = parse(text, source)
     if not isinstance(document.data, dict):
+        raise_if_any(document.problems)
         start = document.values.get((), Place(0, 1, 1, source))
         fail(start, f"expected keys ({', '.join(StudyConfig.model_fields)}), got {shown(document.data)}")
     document = with_overrides(document, overrides)
@@ -146,7 +147,7 @@ def _axis_problems(config: StudyConfig, document: Document) -> Iterator[Problem]
 
 
 def _conditions(config: StudyConfig, document: Document) -> tuple[Condition, ...]:
-    base = _below(document, ("base",))
+    base = replace(document.below(("base",)), problems=[])
     conditions: list[Condition] = []
     problems: list[Problem] = []
     known: dict[int, Condition] = {}
@@ -181,20 +182,9 @@ def _experiment(base: Document, study: Document, chosen: Sequence[tuple[str, int
         problems=list(base.problems),
     )
     for axis, index in chosen:
-        value = _below(study, ("grid", axis, index))
+        value = replace(study.below(("grid", axis, index)), problems=[])
         put(document, tuple(axis.split(".")), value, study.place_of_key(("grid", axis)))
     return validated(document).model_copy(update={"name": None, "seed": 0})
-
-
-def _below(document: Document, path: Path) -> Document:
-    """One value of a document as a document of its own, places included."""
-    data = document.data
-    for part in path:
-        data = data[part]
-    n = len(path)
-    keys = {inner[n:]: place for inner, place in document.keys.items() if len(inner) > n and inner[:n] == path}
-    values = {inner[n:]: place for inner, place in document.values.items() if inner[:n] == path}
-    return Document(document.source, data, keys, values)
 
 
 def _named(problem: Problem, document: Document, settings: Sequence[Setting]) -> Problem:

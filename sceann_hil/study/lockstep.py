@@ -17,7 +17,7 @@ from sceann_hil.config import ExperimentConfig, parse_config
 from sceann_hil.evolution import State
 from sceann_hil.network.coding import Bits, genome_to_hex
 from sceann_hil.robot import Robot
-from sceann_hil.robot.task import Task
+from sceann_hil.run.batch import BatchEvaluator
 from sceann_hil.seeds import Purpose, generator, keys
 
 
@@ -117,10 +117,8 @@ def lockstep(config: ExperimentConfig, seeds: NDArray[np.uint64], robot: Robot) 
         ValueError: the robot takes no batches.
         TrialVoid: the robot could not say what happened in a trial.
     """
-    if robot.spec.batch_size is not None or robot.spec.attended:
-        raise ValueError(f"robot: expected one that runs any number of trials at once, got {robot.spec.name}")
     algorithm: Any = config.algorithm.build(config.genome_length)
-    evaluator = _Evaluator(config, config.task.build(), robot, seeds)
+    evaluator = _Evaluator(BatchEvaluator.of(config, robot), seeds)
     states = [algorithm.start(generator(int(seed), Purpose.ALGORITHM, 0)) for seed in seeds]
     generation = evaluator.evaluate(0, states, None)
     yield generation
@@ -136,10 +134,8 @@ def lockstep(config: ExperimentConfig, seeds: NDArray[np.uint64], robot: Robot) 
 class _Evaluator:
     """`sceann_hil.run.evaluator.Evaluator` for many runs and no journal: the same trials, keys and means."""
 
-    def __init__(self, config: ExperimentConfig, task: Task, robot: Robot, seeds: NDArray[np.uint64]) -> None:
-        self._phenotype = config.phenotype
-        self._task = task
-        self._robot = robot
+    def __init__(self, batch: BatchEvaluator, seeds: NDArray[np.uint64]) -> None:
+        self._batch = batch
         self._seeds = seeds
 
     def evaluate(self, number: int, states: list[State], before: Generation | None) -> Generation:
@@ -147,7 +143,7 @@ class _Evaluator:
         fitness = np.empty(genomes.shape[:2])
         successes = np.empty(genomes.shape[:2], np.int64)
         todo = np.ones(genomes.shape[:2], np.bool_)
-        if before is not None and self._robot.spec.noise_free:
+        if before is not None and self._batch.robot.spec.noise_free:
             # the same genome in the same noise-free body does the same again, bit for bit
             parents = np.stack([state.parents for state in states])
             runs = np.arange(len(states))[:, None]
@@ -161,12 +157,7 @@ class _Evaluator:
     def _run(
         self, number: int, genomes: Bits, run: NDArray[np.intp], individual: NDArray[np.intp]
     ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-        n, n_trials = len(genomes), self._task.n_trials
-        noise = keys(self._seeds[run][:, None], Purpose.TRIAL, number, individual[:, None], np.arange(n_trials), 0)
-        weights = self._phenotype.decode(genomes)
-        results = self._robot.run(
-            self._task.trials(self._phenotype, weights, np.arange(n)[:, None], np.arange(n_trials), noise)
-        )
-        results.must_count()
-        fitness = self._task.fitness(results).reshape(n, n_trials).mean(axis=1)
-        return fitness, self._task.succeeded(results).reshape(n, n_trials).sum(axis=1)
+        trial = np.arange(self._batch.task.n_trials)
+        noise = keys(self._seeds[run][:, None], Purpose.TRIAL, number, individual[:, None], trial, 0)
+        outcomes = self._batch.evaluate(genomes, noise)
+        return outcomes.mean_fitness, outcomes.successes

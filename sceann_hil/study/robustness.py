@@ -6,13 +6,12 @@ task's trials several times at every level, each time with noise of its own.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.config import ExperimentConfig, dump_config, parse_config
+from sceann_hil.config import ExperimentConfig
 from sceann_hil.errors import ConfigError
 from sceann_hil.network.coding import Bits
 from sceann_hil.seeds import Purpose, keys
@@ -105,7 +104,7 @@ def measure(config: ExperimentConfig, genomes: Bits, repeats: int = REPEATS) -> 
     success = []
     for number, disturbance in enumerate(found):
         levels = [
-            _success(_changed(config, settings), genomes, repeats, number, level)
+            _success(config.with_changes(settings=settings), genomes, repeats, number, level)
             for level, settings in enumerate(disturbance.settings)
         ]
         success.append(np.stack(levels))
@@ -133,10 +132,6 @@ def _success(
             results.must_count()
             found.append(task.succeeded(results).reshape(n, per_genome).mean(axis=1))
     return np.concatenate(found)
-
-
-def _changed(config: ExperimentConfig, settings: Sequence[str]) -> ExperimentConfig:
-    return parse_config(dump_config(config), "the disturbed experiment", settings)
 
 
 def _series(name: str, unit: str, scale: float, levels: tuple[float, ...], template: str) -> Disturbance:

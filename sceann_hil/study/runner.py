@@ -112,7 +112,7 @@ def run_study(study: Study, directory: Path, workers: Workers, observer: Observe
 def _refuse_physical_robots(study: Study) -> None:
     for condition in study.conditions:
         spec = condition.config.robot.spec
-        if spec.attended or spec.batch_size is not None:
+        if not spec.takes_batches:
             raise ConfigError(
                 f"robot.type: a study needs a simulated robot that runs many trials at once; {spec.name} takes "
                 f"{spec.batch_size or 'them'} at a time"

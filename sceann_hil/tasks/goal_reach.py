@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,6 +64,8 @@ class GoalReach(Task):
 
 class GoalReachConfig(TaskConfig):
     """Drive to the target from a corner, once for each initial heading."""
+
+    usual_robot: ClassVar[str] = "diffdrive"
 
     type: Literal["goal_reach"] = "goal_reach"
     max_steps: Annotated[int, Field(ge=1, le=65_535)] = 200

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +49,8 @@ class PoleBalancing(Task):
 
 class PoleBalancingConfig(TaskConfig):
     """Balance a pole on a cart for as long as possible, in one deterministic trial."""
+
+    usual_robot: ClassVar[str] = "cartpole"
 
     type: Literal["pole_balancing"] = "pole_balancing"
     max_steps: Annotated[int, Field(ge=1, le=65_535)] = 3000

@@ -40,7 +40,6 @@ from sceann_hil.errors import ConfigError
         ("-", [None]),
         ("'3'", "3"),
         ('"true"', "true"),
-        ("!!str 3", "3"),
         ("1.2.3", "1.2.3"),
         ("e5", "e5"),
         ("[1, [2.5, a]]", [1, [2.5, "a"]]),

@@ -16,6 +16,7 @@ from sceann_hil.errors import ConfigError
 from sceann_hil.journal.disk import when_there_is_room
 from sceann_hil.network.coding import Bits
 from sceann_hil.robot import Robot
+from sceann_hil.run.batch import BatchEvaluator
 from sceann_hil.seeds import Purpose, keys
 from sceann_hil.study.landscape.files import Landscape, LandscapeWriter
 
@@ -97,7 +98,7 @@ def check_enumerable(config: ExperimentConfig) -> None:
             "because every genome is tried",
             "Nothing was started. Choose a smaller network, or sceann3, the shortest coding.",
         )
-    if spec.attended or spec.batch_size is not None:
+    if not spec.takes_batches:
         raise ConfigError(
             f"robot.type: enumeration needs a simulated robot that runs many trials at once, got {spec.name}",
             "Nothing was started.",
@@ -114,28 +115,18 @@ class _Chunks:
     """Evaluates chunks of one experiment; what all chunks share is made once."""
 
     def __init__(self, config: ExperimentConfig, robot: Robot, size: int) -> None:
-        self._config = config
-        self._robot = robot
-        self._task = config.task.build()
-        self._phenotype = config.phenotype
+        self._batch = BatchEvaluator.of(config, robot)
+        self._length = config.genome_length
+        self._seed = config.seed
         self._size = size
-        self._trial = np.arange(self._task.n_trials)
 
     def evaluate(self, chunk: int) -> tuple[NDArray[np.float32], NDArray[np.uint16]]:
         """Fitness and successful trials of the chunk's genomes, both of shape ``(size,)``."""
         numbers = np.arange(chunk * self._size, (chunk + 1) * self._size)
-        genomes = genomes_of(numbers, self._config.genome_length)
-        weights = self._phenotype.decode(genomes)
-        individual = np.arange(self._size)[:, None]
-        results = self._robot.run(
-            self._task.trials(self._phenotype, weights, individual, self._trial, self._keys(numbers))
-        )
-        results.must_count()
-        shape = (self._size, self._task.n_trials)
-        fitness = self._task.fitness(results).reshape(shape).mean(axis=1).astype(np.float32)
-        return fitness, self._task.succeeded(results).reshape(shape).sum(axis=1).astype(np.uint16)
+        outcomes = self._batch.evaluate(genomes_of(numbers, self._length), self._keys(numbers))
+        return outcomes.mean_fitness.astype(np.float32), outcomes.successes.astype(np.uint16)
 
-    def _keys(self, numbers: NDArray[np.int64]) -> NDArray[np.uint64]:
-        if self._robot.spec.noise_free:
-            return np.zeros(1, np.uint64)
-        return keys(self._config.seed, Purpose.TRIAL, 0, numbers[:, None], self._trial, 0)
+    def _keys(self, numbers: NDArray[np.int64]) -> NDArray[np.uint64] | int:
+        if self._batch.robot.spec.noise_free:
+            return 0
+        return keys(self._seed, Purpose.TRIAL, 0, numbers[:, None], np.arange(self._batch.task.n_trials), 0)

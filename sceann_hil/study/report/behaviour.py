@@ -15,6 +15,7 @@ from sceann_hil.config import ExperimentConfig
 from sceann_hil.network.coding import Bits
 from sceann_hil.robot import EndReason, Results
 from sceann_hil.robot.scenery import ArenaScenery
+from sceann_hil.run.batch import BatchEvaluator
 from sceann_hil.seeds import Purpose, keys
 from sceann_hil.study.report.cells import Cell
 from sceann_hil.study.report.style import BLUE, DARK, GREEN, GREY, LIGHT, ORANGE, RED, drawing, plain, save
@@ -50,13 +51,11 @@ def best_champion(cell: Cell) -> Champion:
 
 
 def _traced(cell: Cell, place: int) -> Champion:
-    config, task = cell.condition.config, cell.condition.config.task.build()
-    genome, n = cell.genome(place), task.n_trials
-    noise = keys(int(cell.runs.seeds[place]), Purpose.TRIAL, 0, 0, np.arange(n), 0)
-    phenotype = config.phenotype
+    config, genome = cell.condition.config, cell.genome(place)
     with config.robot.build() as robot:
-        results = robot.trace(task.trials(phenotype, phenotype.decode(genome[None]), 0, np.arange(n), noise))
-    results.must_count()
+        batch = BatchEvaluator.of(config, robot)
+        noise = keys(int(cell.runs.seeds[place]), Purpose.TRIAL, 0, 0, np.arange(batch.task.n_trials), 0)
+        results = batch.trace(genome[None], noise)
     return Champion(config, genome, int(cell.runs.numbers[place]), float(cell.fitness[place]), results)
 
 
