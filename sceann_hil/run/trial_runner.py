@@ -109,6 +109,11 @@ class TrialSet:
         column = self.genome if self.repeat is None else self.repeat
         return Slots(column[places], self.trial[places], self.attempts[places])
 
+    def upcoming(self, places: Places, slots: Slots) -> Upcoming:
+        """What people are told of the next attempts of some places."""
+        besides = self.kind is AttemptKind.REFERENCE
+        return Upcoming(slots, self.generation, self.heading(int(places[0])), besides=besides)
+
 
 class TrialRunner:
     """Runs trials for one run, on one robot.
@@ -198,7 +203,7 @@ class TrialRunner:
         """One attempt of each of some trials, in one call of the robot; None if a person wants them later."""
         self._check_retries(trials, places)
         slots = trials.slots(places)
-        upcoming = Upcoming(slots, trials.generation, trials.heading(int(places[0])))
+        upcoming = trials.upcoming(places, slots)
         if not self.companion.ready(upcoming):
             return None
         planned = self._planned(trials, places, trials.noise(places, slots.attempt))
@@ -220,7 +225,7 @@ class TrialRunner:
     def _settle(self, trials: TrialSet, places: Places, rows: list[AttemptRow]) -> None:
         starts, noise, ids = trial_arrays(rows)
         slots = replace(trials.slots(places), attempt=np.array([row.attempt for row in rows], np.int64))
-        upcoming = Upcoming(slots, trials.generation, trials.heading(int(places[0])), settling=True)
+        upcoming = replace(trials.upcoming(places, slots), settling=True)
         self.companion.clear(upcoming)
         cut_off = self._planned(trials, places, noise, ids, starts)
         attended = self.companion.attend(upcoming, cut_off, self.robot.settle, self.task)

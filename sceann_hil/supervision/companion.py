@@ -20,12 +20,14 @@ class Upcoming:
         slots: what they are for.
         generation: that the run is in.
         heading: what they are, in a few words for people; empty for an individual's trials in its generation.
+        besides: they are none of the trials that `Companion.begin` told of.
         settling: they were begun before, by a process that was cut off, and the robot is asked what became of them.
     """
 
     slots: Slots
     generation: int
     heading: str = ""
+    besides: bool = False
     settling: bool = False
 
     def __len__(self) -> int:
@@ -64,9 +66,7 @@ class Companion(Protocol):
     def ready(self, upcoming: Upcoming) -> bool:
         """Like `clear`, and a person is asked; False to come back to these attempts after the others."""
 
-    def attend(
-        self, upcoming: Upcoming, trials: Trials, run: Callable[[Trials], Results], task: Task
-    ) -> Attended:
+    def attend(self, upcoming: Upcoming, trials: Trials, run: Callable[[Trials], Results], task: Task) -> Attended:
         """Run the trials and say whether their results count."""
 
     def warn(self, warning: str) -> None:
@@ -88,9 +88,7 @@ class Alone:
     def ready(self, upcoming: Upcoming) -> bool:
         return True
 
-    def attend(
-        self, upcoming: Upcoming, trials: Trials, run: Callable[[Trials], Results], task: Task
-    ) -> Attended:
+    def attend(self, upcoming: Upcoming, trials: Trials, run: Callable[[Trials], Results], task: Task) -> Attended:
         return Attended(run(trials))
 
     def warn(self, warning: str) -> None:

@@ -139,9 +139,7 @@ class Supervisor:
             if not self._suspension.reasons and not self._refusal(upcoming):
                 return True
 
-    def attend(
-        self, upcoming: Upcoming, trials: Trials, run: Callable[[Trials], Results], task: Task
-    ) -> Attended:
+    def attend(self, upcoming: Upcoming, trials: Trials, run: Callable[[Trials], Results], task: Task) -> Attended:
         situation = self._situation(upcoming)
         results, note = run_watched(self._robot, self._desk, self._suspension, situation, trials, run)
         operator_s = self._answered.after_s if self._answered is not None else None
@@ -226,8 +224,10 @@ class Supervisor:
         for duration_s in robot_s:
             besides_each_s = besides_s / len(robot_s)
             self._meter.add(duration_s, besides_each_s, health.battery_fraction, counted=upcoming.settling)
-            self._forecast.add(duration_s, besides_each_s)
-        self._status = replace(self._status, done=self._status.done + int(results.counts.sum()))
+            if not upcoming.besides:
+                self._forecast.add(duration_s, besides_each_s)
+        if not upcoming.besides:
+            self._status = replace(self._status, done=self._status.done + int(results.counts.sum()))
 
     def _tell_journal(self, generation: int) -> None:
         for press in self._desk.said():
@@ -257,6 +257,7 @@ class Supervisor:
             robot_s=self._meter.spent.robot_s,
             wall_s=self._meter.spent.wall_s,
             left=self._meter.left,
+            todo_s=(self._status.todo - self._status.done) * self._meter.mean_trial.wall_s,
             forecast=self._forecast.text(self._meter.remaining, self._meter.mean_trial.battery_charges),
             warnings=(*warnings, *wrong, *drift),
         )

@@ -60,6 +60,7 @@ class Status:
         robot_s: robot time so far.
         wall_s: time so far, without down-time.
         left: what is left of each budget, in words.
+        todo_s: about how long the trials take that this generation still needs; None if nobody knows.
         forecast: when the run or its budget ends, in words.
         best_fitness: of the last finished generation.
         warnings: what is wrong now; shown as a banner.
@@ -78,6 +79,7 @@ class Status:
     robot_s: float = 0.0
     wall_s: float = 0.0
     left: tuple[str, ...] = ()
+    todo_s: float | None = None
     forecast: str = ""
     best_fitness: float | None = None
     warnings: tuple[str, ...] = ()
