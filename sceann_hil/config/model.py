@@ -132,6 +132,7 @@ class ExperimentConfig(Section):
             self.algorithm.build(self.genome_length)
         with _blaming(self, "task", "robot"):
             self.task.check(self.robot)
+            self._check_robot_and_task()
         if self.reference.genome is not None:
             try:
                 genome_from_hex(self.reference.genome, self.genome_length)
@@ -144,6 +145,13 @@ class ExperimentConfig(Section):
                 "algorithm.type",
             )
         return self
+
+    def _check_robot_and_task(self) -> None:
+        try:
+            task = self.task.build()
+        except NotImplementedError:
+            return  # a plug-in that is only a section yet: its keys can be checked, its trials cannot be run
+        task.check_robot(self.robot.spec)
 
 
 @contextmanager
