@@ -131,11 +131,12 @@ def _run(
             connected.enter_context(watched_live(robot, experiment.directory))
         started = time.monotonic()
         show = partial(_show, console)
+        last = experiment.config.algorithm.generations
         signals = Signals(show, first=StopRequest.AFTER_GENERATION, soon=lambda: _soon(desk))
         with (
             signals.watched(),
             beside(robot, settings, show, signals.request) as desk,
-            show_progress(console, experiment.config.algorithm.generations, desk, robot.spec) as report,
+            show_progress(console, last, desk if robot.spec.batch_size == 1 else None) as report,
         ):
             signals.beside(robot, desk)
             outcome = experiment.evolve(robot, report, signals.request, desk, more)

@@ -15,7 +15,6 @@ from rich.console import Console, RenderableType
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
 from rich.text import Text
 
-from sceann_hil.robot import RobotSpec
 from sceann_hil.run.experiment import Progress as RunProgress
 from sceann_hil.run.measuring import Report
 from sceann_hil.supervision.operators import Desk, Phase, View
@@ -26,19 +25,17 @@ _SECONDS_BETWEEN_LINES = 5.0
 
 @contextmanager
 def show_progress(
-    console: Console, last_generation: int, desk: Desk, spec: RobotSpec
+    console: Console, last_generation: int, desk: Desk | None = None
 ) -> Iterator[Callable[[RunProgress], None]]:
     """A function for `Experiment.evolve` to report to.
 
     Args:
         console: where it is shown; a bar if that is a terminal, else lines.
         last_generation: number of the run's last generation.
-        desk: where the run tells how it stands.
-        spec: of the robot; one whose time is simulated needs no clock.
+        desk: where the run tells how its trials stand, if the robot does them one by one.
     """
-    one_by_one = spec.batch_size == 1
     if not console.is_terminal:
-        with _lines_by_trial(console, desk) if one_by_one else _lines(console) as report:
+        with _lines_by_trial(console, desk) if desk is not None else _lines(console) as report:
             yield report
         return
     columns = (
@@ -46,11 +43,11 @@ def show_progress(
         MofNCompleteColumn(),
         BarColumn(),
         TextColumn("best [bold green]{task.fields[best]}[/] mean {task.fields[mean]}"),
-        *(() if one_by_one else (TextColumn("{task.fields[rate]} trials/s"),)),
+        *(() if desk is not None else (TextColumn("{task.fields[rate]} trials/s"),)),
         TextColumn("ETA"),
         TimeRemainingColumn(compact=True),
     )
-    with _Clocked(*columns, console=console, transient=True, desk=desk if one_by_one else None) as bar:
+    with _Clocked(*columns, console=console, transient=True, desk=desk) as bar:
         shown = bar.add_task("evolve", total=last_generation, best="-", mean="-", rate="-")
 
         def report(progress: RunProgress) -> None:

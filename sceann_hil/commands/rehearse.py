@@ -62,7 +62,7 @@ def rehearse(
         experiment = open_ones.enter_context(Experiment.create(play.config, directory))
         robot = open_ones.enter_context(play.robot)
         desk = open_ones.enter_context(beside(robot, play.config.operator, lambda _: None))
-        report = open_ones.enter_context(show_progress(console, play.config.algorithm.generations, desk, robot.spec))
+        report = open_ones.enter_context(show_progress(console, play.config.algorithm.generations, desk))
         outcome = experiment.evolve(robot, report, desk=desk)
         document = _document(experiment.journal.reader, outcome, prompt_s, play.config.operator.confirm)
     if as_json:
