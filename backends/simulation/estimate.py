@@ -35,7 +35,7 @@ _WIRE = 1.0 / SENSOR_MAX
 _ROUNDING = 0.5 * _WIRE
 """Sensors are rounded to wire values; the same rounding in every trial hides in no interval over trials."""
 _GAIN_ROUNDING = 0.002
-_OWN_NOISE = 1.8
+_OWN_NOISE = 2.2
 """Intervals are so much wider for a body with noise of its own, whose expected path is a mean of few copies. It was
 chosen for intervals that hold the truth in 95 % of drawn robots (diffdrive with its motion noise)."""
 _BODY_NOISE_FLOOR = 0.01
