@@ -20,8 +20,8 @@ def open_can(interface: str, channel: str, bitrate: int | None = None, **options
     """A bus.
 
     Raises:
-        AdapterProblem: it cannot be opened, for whatever reason: adapter, driver, kernel, package, channel, option, or one
-            of python-can's own configuration files.
+        AdapterProblem: it cannot be opened, for whatever reason: adapter, driver, kernel, package, channel, option, or
+            one of python-can's own configuration files.
     """
     given: dict[str, Any] = {} if bitrate is None else {"bitrate": bitrate}
     try:
