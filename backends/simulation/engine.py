@@ -136,7 +136,7 @@ class SimulatedRobot(SimulatedBody):
             ]
         durations_s = steps.astype(np.float64) * spec.tick_s
         values = None if accumulation is None else totals
-        results = Results(end_reasons, steps, hashes, final_states, durations_s, traces, values)
+        results = Results(end_reasons, steps, hashes, final_states, durations_s, traces, values=values)
         if accumulation is not None and not tracing:
             for bad in np.flatnonzero(~np.isfinite(totals))[:1].tolist():
                 # once more with every step, to tell which one it was

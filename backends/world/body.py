@@ -264,7 +264,7 @@ class WorldDrive(SimulatedRobot):
         self.world, self.senses, self.motion = world, senses, motion
         self.neutral_motor = motion.rest
         self._spec = RobotSpec(
-            name="diffdrive",
+            name="diffdrive in a world",
             n_sensors=senses.count,
             n_motors=2,
             tick_s=tick_s,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from math import isfinite
 from pathlib import Path
 from typing import Annotated
 
@@ -11,7 +12,17 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from sceann_hil.commands.arguments import AsJson, OperatorOption, RunDirectory, operator_override, print_json
+from sceann_hil.commands.arguments import (
+    AsJson,
+    BudgetRobot,
+    BudgetTrials,
+    BudgetWall,
+    OperatorOption,
+    RunDirectory,
+    more_of,
+    operator_override,
+    print_json,
+)
 from sceann_hil.commands.measured import measured
 from sceann_hil.config import ExperimentConfig, with_robot_of
 from sceann_hil.errors import ConfigError, NotARun
@@ -39,12 +50,18 @@ def compare(
     top: Annotated[int, typer.Option("--top", min=1, help="So many of the best genomes.")] = 5,
     repeats: Annotated[int, typer.Option("--repeats", min=1, help="How often each runs all its trials.")] = 3,
     operator: OperatorOption = None,
+    budget_robot: BudgetRobot = None,
+    budget_wall: BudgetWall = None,
+    budget_trials: BudgetTrials = None,
     as_json: AsJson = False,
 ) -> None:
     """Run the best genomes of a run in simulation and on the robot, and say how far the two are apart, and why.
 
+    The robot's trials are in the run's journal: a comparison that was interrupted goes on where it was.
+
     Example: sceann compare runs/first --on my_robot.yaml --top 5 --repeats 3
     """
+    more = more_of(budget_robot, budget_wall, budget_trials)
     reader = JournalReader(directory)
     simulated, real = _pair(journalled_config(reader), on, operator)
     rows = _best(reader, top)
@@ -52,8 +69,8 @@ def compare(
     # before the robot moves: a place that cannot be written to must not cost a measurement
     folder = _folder(directory, "compare")
     names = [row.genome for row in rows]
-    there, timing = measured(real, genomes, names, repeats, folder)
-    here, _ = measured(simulated, genomes, names, repeats, folder)
+    there, timing = measured(directory, real, "compare", genomes, repeats, more)
+    here, _ = measured(directory, simulated, "compare", genomes, repeats, more)
     with simulated.robot.build() as body:
         estimate = body.estimate_gap(there.starts, there.traces) if there.traces else None
     report = GapReport.of(names, here, there, estimate)
@@ -78,22 +95,31 @@ def repeat(
     n: Annotated[int, typer.Option("-n", min=2, help="How often it runs all its trials.")] = 20,
     on: OnRobot = None,
     operator: OperatorOption = None,
+    budget_robot: BudgetRobot = None,
+    budget_wall: BudgetWall = None,
+    budget_trials: BudgetTrials = None,
     as_json: AsJson = False,
 ) -> None:
     """Run one genome again and again: how its fitness scatters, and how many repeats tell two genomes apart.
 
+    A robot's trials are in the run's journal: what was interrupted goes on where it was.
+
     Example: sceann repeat runs/first --genome best -n 20
     """
+    more = more_of(budget_robot, budget_wall, budget_trials)
     reader = JournalReader(directory)
     config = journalled_config(reader).with_changes(settings=operator_override(operator))
     config = with_robot_of(config, on) if on is not None else config
     row = _individual(reader, genome)
     folder = _folder(directory, "repeat")
-    measurement, _ = measured(config, row.genome_bits(config.genome_length)[None], [row.genome], n, folder)
+    measurement, _ = measured(directory, config, "repeat", row.genome_bits(config.genome_length)[None], n, more)
     fitness = measurement.repeats[0]
     spread = Spread.of(fitness)
     task = config.task.build()
-    differences = [part * (task.best_fitness - task.worst_fitness) for part in (0.02, 0.05, 0.1, 0.2)]
+    width = task.best_fitness - task.worst_fitness
+    if not isfinite(width):  # the task does not say what a trial can be worth
+        width = float(np.ptp(measurement.fitness)) or 1.0
+    differences = [part * width for part in (0.02, 0.05, 0.1, 0.2)]
     from sceann_hil.study.gap import figures
 
     figures.draw_spread(fitness.tolist(), spread, folder / f"individual-{row.id}.png")

@@ -109,7 +109,9 @@ class Accumulation:
                 ends[i] = EndReason.LINK_LOST
             else:
                 totals[i] = self.total(self.of_steps(trace, trials.size.n_motors))
-        return replace(results, values=totals, end_reasons=ends)
+        lost = bool((ends != results.end_reasons).any())
+        why = results.why_void or ("not every step of the trial is known" if lost else "")
+        return replace(results, values=totals, end_reasons=ends, why_void=why)
 
     def _knows(self, trace: Trace) -> bool:
         return not self.value.uses_state or (trace.state.shape[1] > 0 and bool(np.isfinite(trace.state).all()))

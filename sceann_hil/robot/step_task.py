@@ -86,6 +86,8 @@ class StepTask(Task):
 
     def fitness(self, results: Results) -> NDArray[np.float64]:
         if results.values is None:
+            if not results.counts.any():
+                return np.full(len(results), np.nan)
             raise ValueError("results: expected the totals of the trials' steps, see Trials.completed")
         return self.accumulation.worth(results.values, results.steps)
 

@@ -68,7 +68,7 @@ def sum_of(values: Floats) -> float:
 @compiled_part
 def mean_of(values: Floats) -> float:
     """The mean of some sensors or motors."""
-    return sum_of(values) / values.shape[0]
+    return float(sum_of(values) / values.shape[0])
 
 
 class StepValue:

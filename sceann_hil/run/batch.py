@@ -89,26 +89,30 @@ class BatchEvaluator:
             part = slice(first, first + step)
             weights = self.phenotype.decode(genomes[part])
             individual = np.arange(len(weights))[:, None]
-            results = self.robot.run(self.task.trials(self.phenotype, weights, individual, trial, keys[part]))
+            trials = self.task.trials(self.phenotype, weights, individual, trial, keys[part])
+            results = trials.completed(self.robot.run(trials))
             results.must_count()
             fitness[part] = _finite(self.task.fitness(results)).reshape(-1, len(trial))
             succeeded[part] = self.task.succeeded(results).reshape(-1, len(trial))
         return Outcomes(fitness, succeeded)
 
-    def trace(self, genomes: Bits, noise: ArrayLike = 0) -> Results:
+    def trace(self, genomes: Bits, noise: ArrayLike = 0, trial: NDArray[np.int64] | None = None) -> Results:
         """Run all trials of a few genomes and keep every step of them, in the order of genomes, then trials.
 
         Args:
             genomes: bits, shape ``(g, L)``.
-            noise: keys, broadcast to shape ``(g, n_trials)``.
+            noise: keys, broadcast to shape ``(g, t)``.
+            trial: as for `evaluate`.
 
         Raises:
             TrialVoid: a trial ended without a result.
         """
+        trial = np.arange(self.task.n_trials) if trial is None else trial
         weights = self.phenotype.decode(genomes)
-        keys = np.broadcast_to(np.asarray(noise, np.uint64), (len(genomes), self.task.n_trials))
-        individual, trial = np.arange(len(genomes))[:, None], np.arange(self.task.n_trials)
-        results = self.robot.trace(self.task.trials(self.phenotype, weights, individual, trial, keys))
+        keys = np.broadcast_to(np.asarray(noise, np.uint64), (len(genomes), len(trial)))
+        individual = np.arange(len(genomes))[:, None]
+        trials = self.task.trials(self.phenotype, weights, individual, trial, keys)
+        results = trials.completed(self.robot.trace(trials))
         results.must_count()
         return results
 

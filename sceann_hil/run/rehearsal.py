@@ -41,12 +41,13 @@ class StandIn(Robot):
     Args:
         body: simulated.
         attended: whether the real one needs a person.
+        repeatable: whether the real one can repeat a trial; one that cannot has reference runs.
     """
 
-    def __init__(self, body: Robot, *, attended: bool) -> None:
+    def __init__(self, body: Robot, *, attended: bool, repeatable: bool) -> None:
         self._body = body
         name = f"stand-in for the robot ({body.spec.name})"
-        self._spec = replace(body.spec, name=name, attended=attended, batch_size=1)
+        self._spec = replace(body.spec, name=name, attended=attended, batch_size=1, repeatable=repeatable)
 
     @property
     def spec(self) -> RobotSpec:
@@ -82,7 +83,7 @@ def rehearsal(
         ConfigError: there is no body that fits, or no firmware.
     """
     real = config.robot
-    simulated = body or real.simulated or _usual_body(config)
+    simulated = body or simulated_body(config)
     attended = real.spec.attended or simulated is real
     script = ("ready", "accept") if config.operator.confirm else ("ready",)
     operator = config.operator
@@ -95,17 +96,31 @@ def rehearsal(
                 f"--firmware: robot {real.type} has no firmware to rehearse.",
                 "Leave it out, or name a configuration with a robot of type remote.",
             )
-        checked = config.with_changes(operator=operator, robot=twin or simulated)
-        robot = checked.robot.build() if twin else StandIn(simulated.build(), attended=attended)
+        # a simulated body has no battery that could end, no temperature and no link
+        never = {"temperature_c": None} if twin else dict.fromkeys(("battery", "temperature_c", "link_quality"))
+        suspenders = config.suspenders.model_copy(update=never)
+        checked = config.with_changes(operator=operator, suspenders=suspenders, robot=twin or simulated)
+        robot = (
+            checked.robot.build()
+            if twin
+            else StandIn(simulated.build(), attended=attended, repeatable=real.spec.repeatable)
+        )
         yield Rehearsal(checked, robot)
 
 
-def _usual_body(config: ExperimentConfig) -> RobotConfig:
+def simulated_body(config: ExperimentConfig) -> RobotConfig:
+    """The simulated robot of an experiment: its own, the body of its robot, or the task's usual one of its size.
+
+    Raises:
+        ConfigError: there is none.
+    """
+    if (known := config.robot.simulated) is not None:
+        return known
     kind = config.task.usual_robot
     if kind is None:
         raise ConfigError(
-            f"task {config.task.type}: there is no simulated body to rehearse with.",
-            "Name one: --body FILE with a robot section.",
+            f"task {config.task.type}: there is no simulated body to stand in for robot {config.robot.type}.",
+            "Name one: a file with a robot section (--body FILE), or with_changes(robot={...}).",
         )
     spec = config.robot.spec
     return registry.load(Group.ROBOTS, kind).model_validate(

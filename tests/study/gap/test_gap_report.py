@@ -13,7 +13,8 @@ from backends.simulation.gap import Spread as GapSpread
 from sceann_hil.network.coding import Coding, NetworkSize
 from sceann_hil.network.controller import Dynamics
 from sceann_hil.network.phenotype import Phenotype
-from sceann_hil.study.gap import GapReport, Spread, measure
+from sceann_hil.run.measuring import simulate
+from sceann_hil.study.gap import GapReport, Spread
 from sceann_hil.supervision.drift import Drift
 from sceann_hil.tasks.pole_balancing import PoleBalancing
 
@@ -31,7 +32,7 @@ def genomes(n: int) -> np.ndarray:  # type: ignore[type-arg]
 def test_the_gap_of_a_robot_is_estimated_from_its_traces(offset: float, gain: float, latency: int) -> None:
     gap = Gap(sensor_offset=GapSpread(offset), motor_gain=GapSpread(gain), latency_steps=GapSpread(latency))
     with CartPole(gap=gap) as robot, CartPole() as simulation:
-        real = measure(robot, PHENOTYPE, TASK, genomes(30), 1, 3)
+        real = simulate(robot, PHENOTYPE, TASK, genomes(30), 1, 3)
         found = simulation.estimate_gap(real.starts, real.traces)
     assert found.latency_steps == latency
     assert found.motor_gain == pytest.approx(gain, abs=0.03)
@@ -41,7 +42,7 @@ def test_the_gap_of_a_robot_is_estimated_from_its_traces(offset: float, gain: fl
 
 def test_a_robot_like_its_simulation_has_no_gap_and_the_same_order() -> None:
     with CartPole() as robot:
-        one, other = (measure(robot, PHENOTYPE, TASK, genomes(12), 2, seed) for seed in (1, 2))
+        one, other = (simulate(robot, PHENOTYPE, TASK, genomes(12), 2, seed) for seed in (1, 2))
     report = GapReport.of([str(i) for i in range(12)], one, replace(other, robot="robot"), None)
     assert report.rank_correlation == pytest.approx(1.0)
     assert all((gap.gap, gap.low, gap.high) == (0.0, 0.0, 0.0) for gap in report.genomes)
@@ -51,7 +52,7 @@ def test_intervals_hold_a_known_difference_about_as_often_as_they_say() -> None:
     rng = np.random.default_rng(1)
     held = 0
     with CartPole() as robot:
-        base = measure(robot, PHENOTYPE, TASK, genomes(1), 1, 1)
+        base = simulate(robot, PHENOTYPE, TASK, genomes(1), 1, 1)
     for _ in range(400):
         simulated, measured = rng.normal(0.0, 1.0, (1, 8, 1)), rng.normal(0.5, 2.0, (1, 8, 1))
         report = GapReport.of(["0"], replace(base, fitness=simulated), replace(base, fitness=measured), None)
