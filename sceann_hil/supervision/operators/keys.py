@@ -116,7 +116,9 @@ class TerminalKeys:
         return True
 
     def drop(self) -> None:
-        termios.tcflush(self._fd, termios.TCIFLUSH)
+        # a terminal that is gone is noticed by the next read
+        with suppress(OSError, termios.error):
+            termios.tcflush(self._fd, termios.TCIFLUSH)
         self._typed = ""
         self._decoder.reset()
 
