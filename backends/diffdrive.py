@@ -228,7 +228,8 @@ class DifferentialDriveConfig(RobotConfig):
         if 2.0 * self.radius_m > min(self.arena_m):
             raise Misfit(f"arena_m: expected more than the robot's diameter {2 * self.radius_m:g} m", "arena_m")
         if self.world is not None:
-            given = [name for name in _PAPER_ONLY if name in self.model_fields_set]
+            fields = type(self).model_fields
+            given = [name for name in _PAPER_ONLY if getattr(self, name) != fields[name].default]
             if given:
                 raise Misfit(f"{given[0]}: expected nothing here beside world, which has the sensors", *given)
             self.world.check(self.arena_m, self.radius_m)

@@ -281,8 +281,13 @@ class RemoteRobot(Robot):
             self.link.statistics.lateness.add(late_s)
         return self._judge(trials, follower, states)
 
+    def _bumper(self) -> EndReason:
+        if self._settings.bumper is not None or self._settings.rig_address is None:
+            return self._settings.bumper or EndReason.OUT_OF_BOUNDS
+        return rig.why_ended(self._settings.rig_address)
+
     def _judge(self, trials: Trials, follower: Follower, states: NDArray[np.float32]) -> Results:
-        reason = end_reason(follower, self._settings.bumper)
+        reason = end_reason(follower, self._bumper)
         _, ticks = ended(follower)
         if reason is EndReason.OPERATOR and self._interrupted is not None:
             # the robot knows only that it was stopped; who stopped it knows why
