@@ -11,7 +11,7 @@ from itertools import islice
 from types import ModuleType
 from typing import Any, Self
 
-from sceann_hil.errors import WorkersLost
+from sceann_hil.errors import PackageMissing, WorkersLost
 from sceann_hil.study.lockstep import Block, BlockResult, compute_block
 from sceann_hil.versions import running_versions
 
@@ -27,7 +27,8 @@ class ClusterWorkers:
         timeout_s: how long to wait for it.
 
     Raises:
-        WorkersLost: the extra is not installed, the scheduler does not answer, or its workers have other versions.
+        PackageMissing: the extra is not installed.
+        WorkersLost: the scheduler does not answer, or its workers have other versions.
     """
 
     def __init__(self, address: str, timeout_s: float = 15.0) -> None:
@@ -132,7 +133,8 @@ def _dask() -> ModuleType:
     try:
         import distributed
     except ImportError as error:
-        raise WorkersLost(
-            f"--cluster needs Dask, which is not installed ({error}).", "pip install 'sceann-hil[cluster]'"
+        raise PackageMissing(
+            f"--cluster needs Dask, the package distributed, which is not installed ({error}).",
+            "pip install 'sceann-hil[cluster]'",
         ) from None
     return distributed
