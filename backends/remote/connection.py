@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import can
 
 from sceann_hil.link.descriptor import Capability, Descriptor
-from sceann_hil.link.session import Refused, RobotLink
+from sceann_hil.link.session import Refused, RobotLink, TwoRobots
 from sceann_hil.link.upload import upload
 from sceann_hil.link.vocabulary import Mode, Op, State, Status
 from sceann_hil.robot import EmergencyStop, EndReason, LinkError, RobotFault, RobotSpec, Trials
@@ -125,6 +125,9 @@ class Connection:
             try:
                 self.descriptor = self._link.hello(max(1.5, deadline - time.monotonic()))
                 return
+            except TwoRobots:
+                self.close()
+                raise
             except LinkError:
                 self.close()
                 if time.monotonic() >= deadline:

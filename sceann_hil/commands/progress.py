@@ -18,7 +18,6 @@ from rich.text import Text
 from sceann_hil.run.experiment import Progress as RunProgress
 from sceann_hil.run.measuring import Report
 from sceann_hil.supervision.operators import Desk, Phase, View
-from sceann_hil.timespans import duration_text
 
 _SECONDS_BETWEEN_LINES = 5.0
 
@@ -105,11 +104,18 @@ class Clock:
         }.get(view.phase, "between trials")
         parts = [
             f"trial {min(status.done + 1, status.todo)} of {status.todo}",
-            f"{doing} {duration_text(time.monotonic() - self._since_s)}",
+            f"{doing} {_clock(time.monotonic() - self._since_s)}",
             *status.left,
             status.forecast,
         ]
         return " · ".join(part for part in parts if part)
+
+
+def _clock(seconds: float) -> str:
+    """As on a stop watch: 0:07, 12:34, 1:02:03."""
+    minutes, second = divmod(int(seconds), 60)
+    hours, minute = divmod(minutes, 60)
+    return f"{hours}:{minute:02}:{second:02}" if hours else f"{minute}:{second:02}"
 
 
 @contextmanager

@@ -15,6 +15,11 @@
 #error "SCEANN_UNO_SENSORS: an Uno has 1 to 6 analogue inputs"
 #endif
 
+/* The robot's number, until it is given another one (`sceann set-node`). */
+#ifndef SCEANN_UNO_NODE
+#define SCEANN_UNO_NODE 1u
+#endif
+
 /* 0: output 0..1 is stop..full speed forward (the paper). 1: output 0..1 is full speed backward..forward, 0.5 is stop. */
 #ifndef SCEANN_UNO_REVERSE
 #define SCEANN_UNO_REVERSE 0

@@ -7,6 +7,7 @@ import select
 import sys
 import termios
 import tty
+from contextlib import suppress
 from typing import Protocol
 
 from sceann_hil.supervision.operators.verbs import Verb
@@ -107,7 +108,9 @@ class TerminalKeys:
         termios.tcflush(self._fd, termios.TCIFLUSH)
 
     def close(self) -> None:
-        termios.tcsetattr(self._fd, termios.TCSANOW, self._before)
+        # the terminal may be gone
+        with suppress(OSError, termios.error):
+            termios.tcsetattr(self._fd, termios.TCSANOW, self._before)
 
 
 class Lines:

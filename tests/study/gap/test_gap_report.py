@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 
 from backends.cartpole import CartPole
-from backends.simulation.gap import Gap
-from backends.simulation.gap import Spread as GapSpread
 from sceann_hil.network.coding import Coding, NetworkSize
 from sceann_hil.network.controller import Dynamics
 from sceann_hil.network.phenotype import Phenotype
@@ -24,20 +22,6 @@ TASK = PoleBalancing(300, 4.0)
 
 def genomes(n: int) -> np.ndarray:  # type: ignore[type-arg]
     return np.random.default_rng(5).integers(0, 2, (n, 24), dtype=np.uint8)
-
-
-@pytest.mark.parametrize(
-    ("offset", "gain", "latency"), [(0.0, 1.0, 0), (0.02, 1.0, 0), (0.0, 0.8, 0), (-0.015, 0.9, 2), (0.01, 1.2, 1)]
-)
-def test_the_gap_of_a_robot_is_estimated_from_its_traces(offset: float, gain: float, latency: int) -> None:
-    gap = Gap(sensor_offset=GapSpread(offset), motor_gain=GapSpread(gain), latency_steps=GapSpread(latency))
-    with CartPole(gap=gap) as robot, CartPole() as simulation:
-        real = simulate(robot, PHENOTYPE, TASK, genomes(30), 1, 3)
-        found = simulation.estimate_gap(real.starts, real.traces)
-    assert found.latency_steps == latency
-    assert found.motor_gain == pytest.approx(gain, abs=0.03)
-    assert found.sensor_offset == pytest.approx((offset, offset), abs=0.002)
-    assert found.residual < 0.005
 
 
 def test_a_robot_like_its_simulation_has_no_gap_and_the_same_order() -> None:

@@ -35,9 +35,9 @@ def test_its_gap_is_estimated_from_its_own_traces(tmp_path: Path) -> None:
             real = measure_on(tmp_path / "run", config, robot, genomes)
             timing = robot.timing
         found = simulation.estimate_gap(real.starts, real.traces)
-    assert found.latency_steps == 1
-    assert found.motor_gain == pytest.approx(0.85, abs=0.04)
-    assert found.sensor_offset == pytest.approx((0.015, 0.015), abs=0.003)
+    assert found.latency_steps.value == 1
+    assert found.motor_gain[0].value == pytest.approx(0.85, abs=0.04)
+    assert [one.value for one in found.sensor_offset] == pytest.approx([0.015, 0.015], abs=0.004)
     assert any("round trip" in name for name in timing)
     assert any("lateness" in name for name in timing)
     assert all(len(durations) > 0 for durations in timing.values())
