@@ -69,7 +69,7 @@ COMMANDS: dict[str, Entry] = {
     "compare": Entry(
         Topic.ROBOT,
         "gap",
-        "Run the best genomes of a run in simulation and on the robot, and say how far the two are apart, and why.",
+        "Compare simulation and robot: run the best genomes of a run on both, and show the difference and its causes.",
     ),
     "repeat": Entry(
         Topic.ROBOT,
