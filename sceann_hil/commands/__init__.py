@@ -84,6 +84,9 @@ COMMANDS: dict[str, Entry] = {
         "firmware",
         "Prove that a board computes what the simulator computed: every state of every neuron.",
     ),
+    "set-node": Entry(
+        Topic.CONTROLLER, "firmware", "Give a robot a node number of its own; it keeps it without power."
+    ),
     "study": Entry(
         Topic.STUDY, "study", "Run every condition of a study many times; results go to DIR/NAME/study.sqlite."
     ),
