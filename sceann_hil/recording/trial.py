@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,7 +10,7 @@ from typing import Self
 from sceann_hil.journal import AttemptRow
 from sceann_hil.network.coding import NetworkSize, Weights
 from sceann_hil.robot import EndReason, Trace
-from sceann_hil.robot.scenery import ArenaScenery, CartPoleScenery, Scenery
+from sceann_hil.robot.drawing import Drawing
 
 _NOT_IN_AN_ID = re.compile(r"[^A-Za-z0-9_-]+")
 
@@ -28,7 +27,8 @@ class RecordedRun:
         tick_s: length of a control step.
         max_steps: step limit of a trial.
         best_fitness: no trial can be worth more.
-        scenery: what is drawn; None for signals only.
+        state_fields: names of the body's state in traces.
+        drawing: what the robot looks like; None for signals only.
     """
 
     name: str
@@ -38,18 +38,15 @@ class RecordedRun:
     tick_s: float
     max_steps: int
     best_fitness: float
-    scenery: Scenery | None
+    state_fields: tuple[str, ...]
+    drawing: Drawing | None
 
     @cached_property
     def sensor_names(self) -> tuple[str, ...]:
         """What people call the sensors, in the controller's order."""
         n = self.size.n_sensors
-        match self.scenery:
-            case ArenaScenery(sensor_directions_rad=directions) if len(directions) == n:
-                return tuple(f"{math.degrees(a):+.0f}°" if abs(a) > 1e-9 else "0°" for a in directions)
-            case CartPoleScenery() if n <= 4:
-                return ("x", "angle", "speed", "rate")[:n]
-        return self.size.sensor_names
+        names = self.drawing.sensor_names if self.drawing is not None else ()
+        return names[:n] if len(names) >= n else self.size.sensor_names
 
     @cached_property
     def hidden_names(self) -> tuple[str, ...]:
@@ -60,12 +57,8 @@ class RecordedRun:
     def motor_names(self) -> tuple[str, ...]:
         """What people call the motor neurons."""
         n = self.size.n_motors
-        match self.scenery:
-            case ArenaScenery() if n == 2:
-                return ("left", "right")
-            case CartPoleScenery() if n == 1:
-                return ("force",)
-        return self.size.motor_names
+        names = self.drawing.motor_names if self.drawing is not None else ()
+        return names if len(names) == n else self.size.motor_names
 
 
 @dataclass(frozen=True, slots=True)

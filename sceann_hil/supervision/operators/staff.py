@@ -36,7 +36,7 @@ def beside(
             # the page needs a server and a QR encoder, which most runs do not
             from sceann_hil.supervision.operators.web import WebPanel, announce
 
-            panel = WebPanel(desk, settings.host, settings.port, robot.scenery, settings.prompt)
+            panel = WebPanel(desk, settings.host, settings.port, robot.drawing, settings.prompt)
             present.enter_context(panel)
             announce(panel, show)
         if Who.SCRIPT in who:
