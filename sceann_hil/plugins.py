@@ -13,6 +13,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict
@@ -87,6 +88,23 @@ class RobotConfig(PluginConfig):
         return nullcontext(None)
 
 
+@dataclass(frozen=True, slots=True)
+class StartVariation:
+    """Other starts than the configured ones, from none to severe: a way to try how robust controllers are.
+
+    Attributes:
+        name: for people.
+        unit: of the levels.
+        levels: how far the starts are changed; the first is the configured task.
+        changes: for each level, new values of the task's keys.
+    """
+
+    name: str
+    unit: str
+    levels: tuple[float, ...]
+    changes: tuple[Mapping[str, Any], ...]
+
+
 class TaskConfig(PluginConfig):
     """The `task` section."""
 
@@ -103,6 +121,10 @@ class TaskConfig(PluginConfig):
         Raises:
             ValueError: why it cannot; a `Misfit` also names the keys at fault.
         """
+
+    def other_starts(self) -> StartVariation | None:
+        """How the starts can be varied to try a controller's robustness; None if they cannot."""
+        return None
 
 
 class AlgorithmConfig(PluginConfig):

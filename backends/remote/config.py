@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Annotated, Any, Literal, Self
 
-from can import Bus, BusABC
+from can import BusABC
 from pydantic import Field, SerializeAsAny, ValidationError, field_validator, model_validator
 
 import sceann_hil.link.serial_bus as serial_bus
@@ -17,7 +17,9 @@ from backends.simulation.body import SimulatedBody
 from sceann_hil import registry
 from sceann_hil.errors import PluginError
 from sceann_hil.firmware.build import Board
-from sceann_hil.link.vocabulary import MAX_MOTORS, MAX_SENSORS, Mode
+from sceann_hil.link.can_bus import known_interfaces, open_can
+from sceann_hil.link.numbers import MAX_MOTORS, MAX_SENSORS
+from sceann_hil.link.vocabulary import Mode
 from sceann_hil.plugins import Misfit, RobotConfig, Section
 from sceann_hil.registry import Group
 from sceann_hil.robot import EndReason, RobotSpec
@@ -37,6 +39,13 @@ class CanChannel(Section):
     """Bits per second."""
     options: dict[str, str | int | float | bool] = Field(default_factory=dict)
     """Whatever else this interface wants."""
+
+    @field_validator("interface")
+    @classmethod
+    def _is_known(cls, value: str) -> str:
+        if value not in known_interfaces():
+            raise ValueError(f"expected one of {', '.join(known_interfaces())}; got {value!r}")
+        return value
 
 
 class RemoteConfig(RobotConfig):
@@ -197,4 +206,4 @@ class RemoteConfig(RobotConfig):
         if self.can is None:
             return serial_bus.SceannSerialBus(self.port or "", self.baud)
         options: dict[str, Any] = dict(self.can.options)
-        return Bus(interface=self.can.interface, channel=self.can.channel, bitrate=self.can.bitrate, **options)
+        return open_can(self.can.interface, self.can.channel, self.can.bitrate, **options)

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Self, cast
 from pydantic import AfterValidator, Field, SerializeAsAny, model_validator
 
 from sceann_hil.config.problems import shown
-from sceann_hil.network.coding import Coding, NetworkSize
+from sceann_hil.network.coding import Coding, NetworkSize, genome_from_hex
 from sceann_hil.network.controller import ONE, Dynamics, Neuron
 from sceann_hil.network.phenotype import Phenotype
 from sceann_hil.plugins import AlgorithmConfig, Misfit, RobotConfig, Section, TaskConfig
@@ -133,6 +133,11 @@ class ExperimentConfig(Section):
         with _blaming(self, "task", "robot"):
             self.task.check(self.robot)
             self._check_robot_and_task()
+        if self.reference.genome is not None:
+            try:
+                genome_from_hex(self.reference.genome, self.genome_length)
+            except ValueError as error:
+                raise Misfit(f"genome: {str(error).removeprefix('genome: ')}", "reference.genome") from error
         if self.saving.racing is not Racing.OFF and not self.algorithm.compares_only:
             raise Misfit(
                 f"racing: expected an algorithm that only compares fitness, got {self.algorithm.type}",
@@ -147,6 +152,12 @@ class ExperimentConfig(Section):
         except NotImplementedError:
             return  # a plug-in that is only a section yet: its keys can be checked, its trials cannot be run
         task.check_robot(self.robot.spec)
+        if self.saving.racing is not Racing.OFF and not math.isfinite(task.best_fitness - task.worst_fitness):
+            raise Misfit(
+                f"racing: expected a task that says what its trials can be worth, got {self.task.type}",
+                "saving.racing",
+                "task.type",
+            )
 
 
 @contextmanager

@@ -14,7 +14,15 @@ from sceann_hil.errors import NotARun, RunIsDamaged, RunIsNewer
 from sceann_hil.journal import schema1
 from sceann_hil.journal.entries import AttemptKind
 from sceann_hil.journal.measured import unpack_measured
-from sceann_hil.journal.rows import AttemptRow, GenerationRow, IndividualRow, RunRow, SessionRow, SpentRow
+from sceann_hil.journal.rows import (
+    AttemptRow,
+    GenerationRow,
+    IndividualRow,
+    MeasurementRow,
+    RunRow,
+    SessionRow,
+    SpentRow,
+)
 from sceann_hil.journal.schema import APPLICATION_ID, JOURNAL_NAME, SCHEMA_VERSION, UNBORN_NAME
 from sceann_hil.robot import EndReason
 
@@ -24,7 +32,7 @@ _GENERATION = (
 _INDIVIDUAL = "id, generation, number, genome, parent, structure, fitness FROM individual"
 _ATTEMPT = (
     "id, kind, session, generation, individual, trial, attempt, own_genome, start, noise_key, end_reason, steps, "
-    "value, state_hash, final_state, robot_s, fitness, operator_s, battery, note FROM attempt"
+    "value, state_hash, final_state, robot_s, fitness, operator_s, battery, note, measurement FROM attempt"
 )
 
 
@@ -205,15 +213,49 @@ class JournalReader:
             for identity, started_at, robot, operators, wall_s, paused_s, versions, body in rows
         ]
 
-    def spent(self) -> SpentRow:
-        """What the run has used up so far."""
+    def measurements(self) -> list[MeasurementRow]:
+        """All measurements outside evolution in order."""
+        rows = self._db.execute(
+            "SELECT id, kind, begun_at, finished_at, robot, config, plan FROM measurement ORDER BY id"
+        )
+        return [MeasurementRow(*row) for row in rows]
+
+    def attempts_of_measurement(self, measurement: int) -> list[AttemptRow]:
+        """A measurement's attempts in the order of their ids."""
+        return list(
+            self._attempts(
+                "WHERE kind = 'measurement' AND kind <> 'evolution' AND measurement = ? ORDER BY id", measurement
+            )
+        )
+
+    def attempts_since_reference(self) -> int:
+        """Attempts of evolution that ended since the newest run of the reference genome, in all sessions."""
+        newest = self._db.execute(
+            "SELECT coalesce(max(id), 0) FROM attempt WHERE kind = 'reference' AND kind <> 'evolution'"
+        ).fetchone()[0]
+        return int(
+            self._db.execute(
+                "SELECT count(end_reason) FROM attempt WHERE id > ? AND kind = 'evolution'", (newest,)
+            ).fetchone()[0]
+        )
+
+    def spent(self, robot: str | None = None) -> SpentRow:
+        """What the run has used up so far.
+
+        Args:
+            robot: only what was done with a robot of this name, or in a session that is not known.
+        """
+        mine = "(?1 IS NULL OR session IS NULL OR session IN (SELECT id FROM session WHERE robot = ?1))"
         robot_s, trials, ended = self._db.execute(
-            "SELECT coalesce(sum(robot_s), 0), count(*), count(end_reason) FROM attempt"
+            f"SELECT coalesce(sum(robot_s), 0), count(*), count(end_reason) FROM attempt WHERE {mine}", (robot,)
         ).fetchone()
-        wall_s = self._db.execute("SELECT coalesce(sum(wall_s), 0) FROM session").fetchone()[0]
+        wall_s = self._db.execute(
+            "SELECT coalesce(sum(wall_s), 0) FROM session WHERE ?1 IS NULL OR robot = ?1", (robot,)
+        ).fetchone()[0]
         charges = self._db.execute(
             "SELECT coalesce(sum(max(0, drop_)), 0) FROM (SELECT lag(battery) OVER (ORDER BY id) - battery AS drop_ "
-            "FROM attempt WHERE battery IS NOT NULL)"
+            f"FROM attempt WHERE battery IS NOT NULL AND {mine})",
+            (robot,),
         ).fetchone()[0]
         return SpentRow(robot_s, wall_s, trials, trials - ended, charges)
 
@@ -228,9 +270,11 @@ class JournalReader:
         """What a person needed at the prompts of all attempts."""
         return float(self._db.execute("SELECT coalesce(sum(operator_s), 0) FROM attempt").fetchone()[0])
 
-    def limits(self) -> dict[str, float | None] | None:
-        """The budgets of the newest session; None before there is one."""
-        row = self._db.execute("SELECT limits FROM session ORDER BY id DESC LIMIT 1").fetchone()
+    def limits(self, robot: str | None = None) -> dict[str, float | None] | None:
+        """The budgets of the newest session (with a robot of this name); None before there is one."""
+        row = self._db.execute(
+            "SELECT limits FROM session WHERE ?1 IS NULL OR robot = ?1 ORDER BY id DESC LIMIT 1", (robot,)
+        ).fetchone()
         return None if row is None else json.loads(row[0])
 
     def events(self) -> list[tuple[str, int | None, str, str]]:
@@ -260,6 +304,7 @@ class JournalReader:
                 operator_s=row[17],
                 battery=row[18],
                 note=row[19],
+                measurement=row[20],
             )
 
 

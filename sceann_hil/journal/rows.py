@@ -80,6 +80,7 @@ class AttemptRow:
     operator_s: float | None = None
     battery: float | None = None
     note: str | None = None
+    measurement: int | None = None
 
     @property
     def own_generation(self) -> int:
@@ -94,6 +95,19 @@ class AttemptRow:
                 "Choose another one: `sceann status` tells how many there are.",
             )
         return self.generation
+
+
+@dataclass(frozen=True, slots=True)
+class MeasurementRow:
+    """Genomes that were run on a robot outside evolution; `finished_at` is None if it can be gone on with."""
+
+    id: int
+    kind: str
+    begun_at: str
+    finished_at: str | None
+    robot: str
+    config: str
+    plan: str
 
 
 @dataclass(frozen=True, slots=True)

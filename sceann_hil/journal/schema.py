@@ -63,10 +63,21 @@ CREATE TABLE session (
     body       TEXT                  -- fingerprint of the simulated body's code; NULL where there is none
 ) STRICT;
 
+CREATE TABLE measurement (
+    id          INTEGER PRIMARY KEY,
+    kind        TEXT NOT NULL,       -- what for, in a word: compare, repeat, ...
+    begun_at    TEXT NOT NULL,
+    finished_at TEXT,                -- NULL: interrupted; the same plan goes on with it
+    robot       TEXT NOT NULL,       -- name of the robot
+    config      TEXT NOT NULL,       -- YAML: the configuration that it is made with
+    plan        TEXT NOT NULL        -- JSON: what was asked for
+) STRICT;
+
 CREATE TABLE attempt (
     id          INTEGER PRIMARY KEY, -- the trial number that users, recordings and robots see
     kind        TEXT NOT NULL,       -- evolution, reference, measurement
     session     INTEGER REFERENCES session (id), -- in which it was begun; NULL in journals begun by schema 1
+    measurement INTEGER REFERENCES measurement (id), -- which it belongs to; NULL of other kinds
     generation  INTEGER REFERENCES generation (number), -- NULL unless it is part of evolution
     individual  INTEGER NOT NULL,    -- place in its generation; of other kinds, which repetition of its genome, from 0
     trial       INTEGER NOT NULL,    -- which of the individual's trials, from 0
@@ -90,6 +101,8 @@ CREATE TABLE attempt (
 ) STRICT;
 
 CREATE UNIQUE INDEX one_counted_result ON attempt (generation, individual, trial) WHERE fitness IS NOT NULL;
+CREATE UNIQUE INDEX one_measured_result ON attempt (measurement, own_genome, individual, trial)
+    WHERE fitness IS NOT NULL AND measurement IS NOT NULL;
 CREATE INDEX attempt_of_another_kind ON attempt (kind, id) WHERE kind <> 'evolution';
 CREATE INDEX attempt_by_fitness ON attempt (fitness);
 CREATE INDEX individual_by_fitness ON individual (fitness);

@@ -16,17 +16,19 @@ _AS_TODAY = {
     "individual": "SELECT id, generation, number, genome, parent, structure, fitness FROM {0}individual",
     "session": "SELECT id, started_at, robot, operators, limits, wall_s, paused_s, "
     "(SELECT versions FROM {0}run) AS versions, NULL AS body FROM {0}session",
-    "attempt": "SELECT id, 'evolution' AS kind, NULL AS session, generation, individual, trial, attempt, "
-    "NULL AS own_genome, start, noise_key, intent_at, ended_at, end_reason, steps, NULL AS value, state_hash, "
+    "measurement": "SELECT NULL AS id, NULL AS kind, NULL AS begun_at, NULL AS finished_at, NULL AS robot, "
+    "NULL AS config, NULL AS plan FROM {0}run WHERE 0",
+    "attempt": "SELECT id, 'evolution' AS kind, NULL AS session, NULL AS measurement, generation, individual, trial, "
+    "attempt, NULL AS own_genome, start, noise_key, intent_at, ended_at, end_reason, steps, NULL AS value, state_hash, "
     "final_state, robot_s, fitness, operator_s, battery, note FROM {0}attempt "
-    "UNION ALL SELECT (SELECT coalesce(max(id), 0) FROM {0}attempt) + id, 'reference', NULL, NULL, id - 1, trial, 0, "
-    "genome, '[]', '', at, at, end_reason, steps, NULL, NULL, NULL, robot_s, fitness, NULL, NULL, NULL "
+    "UNION ALL SELECT (SELECT coalesce(max(id), 0) FROM {0}attempt) + id, 'reference', NULL, NULL, NULL, id - 1, "
+    "trial, 0, genome, '[]', '', at, at, end_reason, steps, NULL, NULL, NULL, robot_s, fitness, NULL, NULL, NULL "
     "FROM {0}reference",
     "trace": "SELECT attempt, format, data FROM {0}trace",
     "event": "SELECT id, at, generation, kind, message FROM {0}event",
 }
 """Each of today's tables as a question to those of schema 1, whose names begin with {0}; referred-to tables first."""
-_OLD = (*_AS_TODAY, "reference")
+_OLD = (*(name for name in _AS_TODAY if name != "measurement"), "reference")
 
 
 def read_as_today(db: sqlite3.Connection) -> None:

@@ -124,6 +124,7 @@ class Journal:
         keys: NDArray[np.uint64],
         kind: AttemptKind = AttemptKind.EVOLUTION,
         genomes: Sequence[str] | None = None,
+        measurement: int | None = None,
     ) -> NDArray[np.int64]:
         """These attempts are about to start.
 
@@ -134,6 +135,7 @@ class Journal:
             keys: noise keys, shape ``(n,)``.
             kind: what they are for, the same for all.
             genomes: of other kinds than evolution, each attempt's genome in hexadecimal.
+            measurement: which they belong to, from `begin_measurement`.
 
         Returns:
             The attempts' ids, int64, shape ``(n,)``: consecutive, in the order given.
@@ -144,11 +146,11 @@ class Journal:
             no_genomes: list[str | None] = [None] * len(slots)
             ids = np.arange(first, first + len(slots), dtype=np.int64)
             self._db.executemany(
-                "INSERT INTO attempt (id, kind, session, generation, individual, trial, attempt, own_genome, start, "
-                "noise_key, intent_at) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                "INSERT INTO attempt (id, kind, session, measurement, generation, individual, trial, attempt, "
+                "own_genome, start, noise_key, intent_at) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
                 [
                     (
-                        *(identity, kind.value, self._session, generation, i, t, a, genome),
+                        *(identity, kind.value, self._session, measurement, generation, i, t, a, genome),
                         json.dumps(start),
                         *(f"{key:016x}", now),
                     )
@@ -165,6 +167,30 @@ class Journal:
                 ],
             )
         return ids
+
+    def begin_measurement(self, kind: str, robot: str, config: str, plan: str) -> int:
+        """Genomes are about to be run on a robot outside evolution.
+
+        Args:
+            kind: what for, in a word.
+            robot: its name.
+            config: YAML: the configuration that the measurement is made with.
+            plan: JSON: what was asked for.
+
+        Returns:
+            The measurement's id.
+        """
+        with self._transaction():
+            inserted = self._db.execute(
+                "INSERT INTO measurement (kind, begun_at, robot, config, plan) VALUES (?, ?, ?, ?, ?) RETURNING id",
+                (kind, _now(), robot, config, plan),
+            )
+            return int(inserted.fetchone()[0])
+
+    def finish_measurement(self, identity: int) -> None:
+        """All trials of a measurement are counted."""
+        with self._transaction():
+            self._db.execute("UPDATE measurement SET finished_at = ? WHERE id = ?", (_now(), identity))
 
     def begin_session(
         self,
@@ -198,7 +224,6 @@ class Journal:
         results: Results,
         fitness: NDArray[np.float64],
         circumstances: Circumstances = NOTHING_SPECIAL,
-        values: NDArray[np.float64] | None = None,
     ) -> None:
         """These attempts have ended.
 
@@ -207,8 +232,6 @@ class Journal:
             results: what happened, in the same order.
             fitness: of each trial, shape ``(n,)``; ignored where the end was void.
             circumstances: the same for all of them.
-            values: what the task added up over each trial, shape ``(n,)``; None if it adds up nothing. Ignored where
-                the end was void.
 
         Traces in the results are kept too: a robot that delivers them with `run` cannot be asked for them later.
         """
@@ -225,7 +248,7 @@ class Journal:
                     for reason, steps, value, crc, final, robot_s, worth, identity in zip(
                         reasons,
                         results.steps.tolist(),
-                        [None] * len(ids) if values is None else _unless_void(reasons, values),
+                        [None] * len(ids) if results.values is None else _unless_void(reasons, results.values),
                         results.hashes.tolist(),
                         results.final_states.tolist(),
                         results.durations_s.tolist(),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import isfinite
 
 import rerun.blueprint as rrb
 import rerun.blueprint.table as rrt
@@ -79,7 +80,8 @@ def table_blueprint(run: RecordedRun) -> rrt.TableBlueprint:
 def run_blueprint(run: RecordedRun) -> rrb.Blueprint:
     """The screen of a run over its generations."""
     top = run.best_fitness
-    fitness = _curves("Fitness over generations", "/fitness", (-0.03 * top, 1.03 * top), legend=False)
+    shown = (-0.03 * top, 1.03 * top) if isfinite(top) else None
+    fitness = _curves("Fitness over generations", "/fitness", shown, legend=False)
     success = _curves("Trials that succeeded", "/success", (-0.03, 1.03), legend=False)
     events = rrb.TextLogView(origin="/log", name="Generations and events", columns=_LOG_COLUMNS)
     left = rrb.Vertical(fitness, success, events, row_shares=[3, 1.5, 1.8])

@@ -11,6 +11,7 @@ from sceann_hil.journal import AttemptRow
 from sceann_hil.network.coding import NetworkSize, Weights
 from sceann_hil.robot import EndReason, Trace
 from sceann_hil.robot.drawing import Drawing
+from sceann_hil.robot.signal_names import motor_names, sensor_names
 
 _NOT_IN_AN_ID = re.compile(r"[^A-Za-z0-9_-]+")
 
@@ -44,9 +45,7 @@ class RecordedRun:
     @cached_property
     def sensor_names(self) -> tuple[str, ...]:
         """What people call the sensors, in the controller's order."""
-        n = self.size.n_sensors
-        names = self.drawing.sensor_names if self.drawing is not None else ()
-        return names[:n] if len(names) >= n else self.size.sensor_names
+        return sensor_names(self.size, self.drawing)
 
     @cached_property
     def hidden_names(self) -> tuple[str, ...]:
@@ -56,9 +55,7 @@ class RecordedRun:
     @cached_property
     def motor_names(self) -> tuple[str, ...]:
         """What people call the motor neurons."""
-        n = self.size.n_motors
-        names = self.drawing.motor_names if self.drawing is not None else ()
-        return names if len(names) == n else self.size.motor_names
+        return motor_names(self.size, self.drawing)
 
 
 @dataclass(frozen=True, slots=True)

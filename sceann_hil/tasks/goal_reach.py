@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from sceann_hil.plugins import Misfit, RobotConfig, TaskConfig
+from sceann_hil.plugins import Misfit, RobotConfig, StartVariation, TaskConfig
 from sceann_hil.robot import EndReason, Results
 from sceann_hil.robot.task import Task
 
@@ -84,6 +84,11 @@ class GoalReachConfig(TaskConfig):
     """One trial for each initial heading, counter-clockwise from the x axis."""
     goal_by_operator: bool = False
     """The robot cannot tell that it reached the target: the person beside it says so."""
+
+    def other_starts(self) -> StartVariation:
+        turns = (0.0, 5.0, 10.0, 15.0, 20.0, 22.5)
+        changes = tuple({"headings_deg": [heading + turn for heading in self.headings_deg]} for turn in turns)
+        return StartVariation("initial headings turned by", "degrees", turns, changes)
 
     def build(self) -> GoalReach:
         return GoalReach(self.max_steps, self.start_m, self.headings_deg, self.goal_by_operator)

@@ -15,9 +15,9 @@ from sceann_hil.study.report.cells import Cell, Key, StudyData
 from sceann_hil.study.report.more_figures import draw_landscapes, draw_robustness
 from sceann_hil.study.report.page import Page
 from sceann_hil.study.report.paper import SUCCESS_PERCENT
-from sceann_hil.study.report.statistics import wilson
 from sceann_hil.study.report.wording import percent
 from sceann_hil.study.robustness import Robustness, measure
+from sceann_hil.study.statistics import wilson
 
 _MOST_CHAMPIONS = 60
 _FEWEST_CHAMPIONS = 5
@@ -164,7 +164,7 @@ def robustness_section(page: Page, tables: StudyData | None, fig6: StudyData | N
     page.text(
         "Champions that succeeded in the ideal body were run again in bodies that differ from it. Solid: mean of the "
         "champions of a network; dashed: the one with the best mean over all disturbances, which "
-        "`sceann champion DIR --robust` picks."
+        "`sceann champion DIR --robust --by success` picks."
     )
     if tables is not None:
         groups = _pole_groups(tables.by_key)

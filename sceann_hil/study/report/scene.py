@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Polygon
 
 from sceann_hil.robot.drawing import Block, Disc, Drawing, Look, Part, Shades, Shape
-from sceann_hil.study.report.style import BLUE, DARK, GREY, LIGHT, ORANGE
+from sceann_hil.study.style import BLUE, DARK, GREY, LIGHT, ORANGE
 
 _FILL = {
     Look.WALL: DARK,
