@@ -312,7 +312,7 @@ class RemoteRobot(Robot):
     # -- exactly once -----------------------------------------------------------------------------------------------
 
     def settle(self, trials: Trials) -> Results:
-        """Ask the robot what became of a trial whose host died: never started, ended, or half.
+        """Ask the robot how a trial went whose host died: never started, ended, or half.
 
         A trial that never started is run now, or is void if a person has to be asked first. One that ended is taken if
         its result is known for sure: in mode HIL if the robot's steps and state hash are those of the simulation,

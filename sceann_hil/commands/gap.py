@@ -56,7 +56,7 @@ def compare(
     budget_trials: BudgetTrials = None,
     as_json: AsJson = False,
 ) -> None:
-    """Run the best genomes of a run in simulation and on the robot, and say how far the two are apart, and why.
+    """Compare simulation and robot: run the best genomes of a run on both, and show the difference and its causes.
 
     The robot's trials are in the run's journal: a comparison that was interrupted goes on where it was.
 

@@ -17,7 +17,7 @@ from sceann_hil.recording.trial import RecordedRun, RecordedTrial
 from sceann_hil.robot.drawing import Drawing, Swing
 
 _STRIDE = 3
-"""One point in so many of a path is drawn."""
+"""Of this many points of a path one is drawn."""
 _SWING_WIDTH, _SWING_HEIGHT = 10.0, 10.0
 """Size of the picture of all swings, in the units of its view."""
 SWING_BOUNDS = ((-1.0, 10.4), (-5.6, 5.6))

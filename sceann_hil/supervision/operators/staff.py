@@ -1,4 +1,4 @@
-"""Everybody whom a configuration puts beside the robot, at one desk."""
+"""The operators that a configuration names, at one desk."""
 
 from __future__ import annotations
 
