@@ -38,8 +38,8 @@ from sceann_hil.robot import (
     Trials,
 )
 from sceann_hil.robot.diagnosis import Finding
+from sceann_hil.robot.drawing import Drawing
 from sceann_hil.robot.durations import Durations
-from sceann_hil.robot.scenery import Scenery
 
 PROBES = 20
 """Requests that say how good a line is while no trial runs."""
@@ -84,8 +84,8 @@ class RemoteRobot(Robot):
         return self._spec
 
     @property
-    def scenery(self) -> Scenery | None:
-        return self._body.robot.scenery if self._body is not None else None
+    def drawing(self) -> Drawing | None:
+        return self._body.robot.drawing if self._body is not None else None
 
     @property
     def link(self) -> RobotLink:

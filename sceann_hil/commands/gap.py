@@ -79,8 +79,8 @@ def compare(
     from sceann_hil.study.gap import figures
 
     figures.draw_gap(report, here, there, folder / "gap.png")
-    scenery = simulated.robot.build().scenery
-    signals = sensor_names(simulated.size, scenery), motor_names(simulated.size, scenery)
+    drawing = simulated.robot.build().drawing
+    signals = sensor_names(simulated.size, drawing), motor_names(simulated.size, drawing)
     figures.draw_trajectories(here, there, names, *signals, folder / "trajectories.png")
     if timing:
         figures.draw_timing(timing, folder / "timing.png")
