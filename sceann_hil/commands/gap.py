@@ -57,7 +57,7 @@ def compare(
     budget_trials: BudgetTrials = None,
     as_json: AsJson = False,
 ) -> None:
-    """Run the best genomes of a run in simulation and on the robot, and say how far the two are apart, and why.
+    """Compare simulation and robot: run the best genomes of a run on both, and show the difference and its causes.
 
     The robot's trials are in the run's journal: a comparison that was interrupted goes on where it was.
 
@@ -80,8 +80,8 @@ def compare(
     from sceann_hil.study.gap import figures
 
     figures.draw_gap(report, here, there, folder / "gap.png")
-    scenery = simulated.robot.build().scenery
-    signals = sensor_names(simulated.size, scenery), motor_names(simulated.size, scenery)
+    drawing = simulated.robot.build().drawing
+    signals = sensor_names(simulated.size, drawing), motor_names(simulated.size, drawing)
     figures.draw_trajectories(here, there, names, *signals, folder / "trajectories.png")
     if timing:
         figures.draw_timing(timing, folder / "timing.png")
