@@ -38,8 +38,8 @@ from sceann_hil.robot import (
     Trials,
 )
 from sceann_hil.robot.diagnosis import Finding
+from sceann_hil.robot.drawing import Drawing
 from sceann_hil.robot.durations import Durations
-from sceann_hil.robot.scenery import Scenery
 
 PROBES = 20
 """Requests that say how good a line is while no trial runs."""
@@ -84,8 +84,8 @@ class RemoteRobot(Robot):
         return self._spec
 
     @property
-    def scenery(self) -> Scenery | None:
-        return self._body.robot.scenery if self._body is not None else None
+    def drawing(self) -> Drawing | None:
+        return self._body.robot.drawing if self._body is not None else None
 
     @property
     def link(self) -> RobotLink:
@@ -281,8 +281,13 @@ class RemoteRobot(Robot):
             self.link.statistics.lateness.add(late_s)
         return self._judge(trials, follower, states)
 
+    def _bumper(self) -> EndReason:
+        if self._settings.bumper is not None or self._settings.rig_address is None:
+            return self._settings.bumper or EndReason.OUT_OF_BOUNDS
+        return rig.why_ended(self._settings.rig_address)
+
     def _judge(self, trials: Trials, follower: Follower, states: NDArray[np.float32]) -> Results:
-        reason = end_reason(follower, self._settings.bumper)
+        reason = end_reason(follower, self._bumper)
         _, ticks = ended(follower)
         if reason is EndReason.OPERATOR and self._interrupted is not None:
             # the robot knows only that it was stopped; who stopped it knows why
@@ -315,7 +320,7 @@ class RemoteRobot(Robot):
     # -- exactly once -----------------------------------------------------------------------------------------------
 
     def settle(self, trials: Trials) -> Results:
-        """Ask the robot what became of a trial whose host died: never started, ended, or half.
+        """Ask the robot how a trial went whose host died: never started, ended, or half.
 
         A trial that never started is run now, or is void if a person has to be asked first. One that ended is taken if
         its result is known for sure: in mode HIL if the robot's steps and state hash are those of the simulation,
