@@ -93,7 +93,11 @@ def replay_trial(
     """
     if (trial is None) is not every:
         raise typer.BadParameter("name one TRIAL, or give --all")
-    from sceann_hil.run.replay import journalled_config, replay  # bodies and their compiled code
+    from sceann_hil.run.replay import (  # bodies and their compiled code
+        journalled_config,
+        replay,
+        sessions_of_another_body,
+    )
 
     reader = JournalReader(directory)
     config = journalled_config(reader)
@@ -108,6 +112,7 @@ def replay_trial(
         ]
     compared: list[tuple[int, list[Comparison]]] = []
     with config.robot.build() as robot:
+        others = sessions_of_another_body(reader, robot, attempts)
         for _, group in groupby(attempts, key=lambda row: row.generation):
             rows = list(group)
             compared += zip([row.id for row in rows], replay(reader, config, robot, rows), strict=True)
@@ -117,6 +122,7 @@ def replay_trial(
             {
                 "replayed": len(compared),
                 "different": different,
+                "sessions_with_another_body": others,
                 "trials": {
                     identity: {c.quantity: {"journalled": c.journalled, "replayed": c.replayed} for c in comparisons}
                     for identity, comparisons in compared
@@ -125,7 +131,7 @@ def replay_trial(
             }
         )
     else:
-        _print_replay(compared, different)
+        _print_replay(compared, different, others)
     if different:
         shown = ", ".join(map(str, different[:10])) + (" ..." if len(different) > 10 else "")
         raise ReplayDiffers(
@@ -146,7 +152,7 @@ def export_tables(
         typer.echo(path)
 
 
-def _print_replay(compared: list[tuple[int, list[Comparison]]], different: list[int]) -> None:
+def _print_replay(compared: list[tuple[int, list[Comparison]]], different: list[int], others: list[int]) -> None:
     console = Console(highlight=False)
     if len(compared) == 1:
         identity, comparisons = compared[0]
@@ -155,6 +161,12 @@ def _print_replay(compared: list[tuple[int, list[Comparison]]], different: list[
             mark = "[green]same[/]" if c.equal else "[bold red]DIFFERENT[/]"
             table.add_row(c.quantity, str(c.journalled), str(c.replayed), mark)
         console.print(table)
+    if others:
+        console.print(
+            f"Session {', '.join(map(str, others))} was run with another body than the one that is installed here: its "
+            "code, a constant, a parameter or the version of Python has changed.",
+            style="yellow",
+        )
     if not different:
         console.print(f"{len(compared)} trial{'s' if len(compared) != 1 else ''} replayed, the same to the last bit.")
 

@@ -224,7 +224,6 @@ class Journal:
         results: Results,
         fitness: NDArray[np.float64],
         circumstances: Circumstances = NOTHING_SPECIAL,
-        values: NDArray[np.float64] | None = None,
     ) -> None:
         """These attempts have ended.
 
@@ -233,8 +232,6 @@ class Journal:
             results: what happened, in the same order.
             fitness: of each trial, shape ``(n,)``; ignored where the end was void.
             circumstances: the same for all of them.
-            values: what the task added up over each trial, shape ``(n,)``; None if it adds up nothing. Ignored where
-                the end was void.
 
         Traces in the results are kept too: a robot that delivers them with `run` cannot be asked for them later.
         """
@@ -251,7 +248,7 @@ class Journal:
                     for reason, steps, value, crc, final, robot_s, worth, identity in zip(
                         reasons,
                         results.steps.tolist(),
-                        [None] * len(ids) if values is None else _unless_void(reasons, values),
+                        [None] * len(ids) if results.values is None else _unless_void(reasons, results.values),
                         results.hashes.tolist(),
                         results.final_states.tolist(),
                         results.durations_s.tolist(),

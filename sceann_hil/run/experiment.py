@@ -31,7 +31,6 @@ from sceann_hil.journal import (
     JournalReader,
     RunLock,
 )
-from sceann_hil.recording import RecordingPaths
 from sceann_hil.robot import Robot
 from sceann_hil.run.ancestor import Ancestor
 from sceann_hil.run.breeding import generations
@@ -44,6 +43,7 @@ from sceann_hil.supervision.stopping import Stopped, StopReason, StopRequest, no
 from sceann_hil.versions import running_versions
 
 CONFIG_NAME = "config.yaml"
+RECORDING_NAME = "recording"
 
 
 class Outcome(Enum):
@@ -226,7 +226,7 @@ class Experiment:
         if reader.count_attempts():
             return False
         self.journal.close()
-        shutil.rmtree(RecordingPaths(self.directory).folder, ignore_errors=True)
+        shutil.rmtree(self.directory / RECORDING_NAME, ignore_errors=True)
         own = {CONFIG_NAME, LOCK_NAME, *(f"{JOURNAL_NAME}{end}" for end in ("", "-wal", "-shm"))}
         for path in list(self.directory.iterdir()):
             if path.name in own or Journal.is_unborn(path):

@@ -56,7 +56,7 @@ def begin_session(
     meter = Meter(limits, amounts(journal.reader.spent(spec.name)), task.max_steps * spec.tick_s)
     finite = {name: None if value == float("inf") else value for name, value in asdict(limits).items()}
     operators = config.operator.resolved(attended=spec.attended)
-    journal.begin_session(spec.name, ", ".join(operators) or "none", finite)
+    journal.begin_session(spec.name, ", ".join(operators) or "none", finite, body=robot.body_fingerprint())
     supervisor = Supervisor(
         robot,
         journal,
