@@ -181,7 +181,7 @@ def avr_float_cycles(image: ControllerImage, sensors: np.ndarray) -> int:
 
 
 def _run_on(core: _Core, header: str, flags: tuple[str, ...]) -> tuple[Path, int, int, int]:
-    """The program, what the self-test says, the counts that its steps took, and the bytes of stack that they touched."""
+    """The program, what the self-test says, the counts that its steps took, and the bytes of stack they touched."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         place = (f"-DN_STEPS={_N_STEPS}u", *core.flags)
