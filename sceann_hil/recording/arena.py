@@ -135,6 +135,13 @@ def _solid(scene: ArenaScenery) -> Iterator[Chunk]:
 
 def arena_trial(run: RecordedRun, scene: ArenaScenery, trial: RecordedTrial, *, full: bool) -> Iterator[Chunk]:
     """What moved in one trial; `full` lights the sensors' cones and adds the trail."""
+    steps, names = phases(trial)
+    yield timed("/phase", times_of(steps, run.tick_s), rr.StateChange.columns(state=names))
+    if full:
+        yield timed("/arena/robot/cones", step_times(trial.steps, run.tick_s), _fan_colours(run, trial))
+    if not trial.knows_state:
+        yield from _start_only(trial)
+        return
     state, n = trial.trace.state, trial.steps
     xy = state[:, :2]
     now = step_times(n + 1, run.tick_s)
@@ -144,11 +151,16 @@ def arena_trial(run: RecordedRun, scene: ArenaScenery, trial: RecordedTrial, *, 
     # the distance is a curve of the robot itself: a chunk less in every recording
     pose = poses(np.column_stack([xy, np.zeros(n + 1, np.float32)]), state[:, 2])
     yield timed(ROBOT, now, [*pose, *scalars(away[:, None])])
-    steps, names = phases(trial)
-    yield timed("/phase", times_of(steps, run.tick_s), rr.StateChange.columns(state=names))
     if full:
-        yield timed("/arena/robot/cones", step_times(n, run.tick_s), _fan_colours(run, trial))
         yield timed("/arena/trail", now, rr.Points2D.columns(positions=xy))
+
+
+def _start_only(trial: RecordedTrial) -> Iterator[Chunk]:
+    """The robot where it was put, all the trial long: nobody knows where it went."""
+    if len(trial.start) >= 3:
+        x, y, heading = (np.array([value], np.float32) for value in trial.start[:3])
+        pose = poses(np.column_stack([x, y, np.zeros(1, np.float32)]), heading)
+        yield timed(ROBOT, step_times(1, 1.0), pose)
 
 
 def phases(trial: RecordedTrial) -> tuple[NDArray[np.int64], list[str]]:

@@ -67,6 +67,8 @@ def cartpole_scenery(scene: CartPoleScenery) -> Iterator[Chunk]:
 
 def cartpole_trial(run: RecordedRun, scene: CartPoleScenery, trial: RecordedTrial, *, full: bool) -> Iterator[Chunk]:
     """What moved in one trial; `full` adds the force as an arrow."""
+    if not trial.knows_state:
+        return
     state, n = trial.trace.state, trial.steps
     x, speed, angle, rate = state.T
     now = step_times(n + 1, run.tick_s)

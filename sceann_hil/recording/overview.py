@@ -78,8 +78,9 @@ def _paths(run: RecordedRun, generation: RecordedGeneration) -> Iterator[Chunk]:
             return
     ranks = np.argsort(np.argsort(generation.fitness, kind="stable"), kind="stable")
     shades = style.rank_colours(len(ranks))
-    everyone = sorted(generation.trials, key=lambda trial: int(ranks[trial.individual]))
-    best = [trial for trial in generation.trials if trial.champion]
+    known = [trial for trial in generation.trials if trial.knows_state]
+    everyone = sorted(known, key=lambda trial: int(ranks[trial.individual]))
+    best = [trial for trial in known if trial.champion]
     when = at_generation(generation.row.number)
     if everyone:
         colours = shades[[ranks[trial.individual] for trial in everyone]]

@@ -68,6 +68,7 @@ class RecordedTrial:
         champion: its individual was the best of its generation.
         weights: of its network, shape ``(n_neurons, n_sources)``.
         trace: all that happened.
+        start: where it began, in the order of the task's start fields.
     """
 
     id: int
@@ -80,6 +81,12 @@ class RecordedTrial:
     champion: bool
     weights: Weights
     trace: Trace
+    start: tuple[float, ...] = ()
+
+    @property
+    def knows_state(self) -> bool:
+        """Whether the robot told where it was: a real one mostly cannot, and nothing is drawn that nobody knows."""
+        return bool(self.trace.state.shape[1] > 0)
 
     @classmethod
     def of(cls, row: AttemptRow, end_reason: EndReason, trace: Trace, weights: Weights, *, champion: bool) -> Self:
@@ -95,6 +102,7 @@ class RecordedTrial:
             champion=champion,
             weights=weights,
             trace=trace,
+            start=tuple(row.start),
         )
 
     @property
