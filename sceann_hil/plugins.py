@@ -68,6 +68,14 @@ class RobotConfig(PluginConfig):
         """The simulated robot with the same body: itself if it is one; None if nobody has described it."""
         return self if self.spec.repeatable else None
 
+    def refuses_start(self, start: Mapping[str, float]) -> str:
+        """Why no trial can begin there: outside of the arena, in an obstacle; empty if one can.
+
+        Args:
+            start: values by the names of the start fields.
+        """
+        return ""
+
     def on_virtual_board(self, body: RobotConfig) -> AbstractContextManager[RobotConfig | None]:
         """This robot's firmware on a virtual board of this computer, for as long as the block lasts.
 

@@ -77,8 +77,8 @@ class RemoteConfig(RobotConfig):
     """Names of a trial's start values, which the task must have too (not in mode hil)."""
     ends: tuple[SensorEnd, ...] = ()
     """Task ends that the sensors tell (not in mode hil)."""
-    bumper: TaskEnd = "out_of_bounds"
-    """What a hit bumper means."""
+    bumper: TaskEnd | Literal["rig"] = "out_of_bounds"
+    """What a hit bumper means; rig: the rig says it."""
     attended: bool | None = None
     """Somebody stands beside it and puts it back; default: yes, unless mode is hil or there is a rig."""
     rig: Annotated[str, Field(pattern=r"^[^:]+:\d+$")] | None = None
@@ -134,6 +134,8 @@ class RemoteConfig(RobotConfig):
             for end in self.ends:
                 if end.sensor is not None and end.sensor >= (self.n_sensors or 0):
                     raise Misfit(f"ends: expected a sensor 0..{(self.n_sensors or 0) - 1}, got {end.sensor}", "ends")
+        if self.bumper == "rig" and self.rig is None:
+            raise Misfit("bumper: expected a rig that can say what it means", "bumper", "rig")
         if self.battery_range_v is not None and self.battery_range_v[0] >= self.battery_range_v[1]:
             raise Misfit("battery_range_v: expected [empty, full]", "battery_range_v")
         return self
@@ -191,14 +193,14 @@ class RemoteConfig(RobotConfig):
                 mode=Mode[self.mode.upper()],
                 node=self.node,
                 reconnect_s=self.reconnect_s,
-                bumper=EndReason[self.bumper.upper()],
+                bumper=None if self.bumper == "rig" else EndReason[self.bumper.upper()],
                 rig_address=self.rig,
                 battery_range_v=self.battery_range_v,
             ),
             self.open_bus,
             body if isinstance(body, SimulatedBody) else None,
             SensorWatch(self.ends) if self.ends else None,
-            self.twin.build().scenery if self.twin is not None else None,
+            self.twin.build().drawing if self.twin is not None else None,
         )
 
     @property

@@ -19,7 +19,7 @@ LOG_LENGTH = 100_000
 
 
 def _unique_id(store: Path | None) -> int:
-    """A number that tells this robot from others, the same for one store for ever."""
+    """A number that tells this robot from others; the same as long as its store is kept."""
     if store is None:
         return secrets.randbits(48)
     return int.from_bytes(hashlib.sha256(str(store.resolve()).encode()).digest()[:6], "little")

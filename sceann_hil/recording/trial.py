@@ -10,7 +10,7 @@ from typing import Self
 from sceann_hil.journal import AttemptRow
 from sceann_hil.network.coding import NetworkSize, Weights
 from sceann_hil.robot import EndReason, Trace
-from sceann_hil.robot.scenery import Scenery
+from sceann_hil.robot.drawing import Drawing
 from sceann_hil.robot.signal_names import motor_names, sensor_names
 
 _NOT_IN_AN_ID = re.compile(r"[^A-Za-z0-9_-]+")
@@ -28,7 +28,9 @@ class RecordedRun:
         tick_s: length of a control step.
         max_steps: step limit of a trial.
         best_fitness: no trial can be worth more.
-        scenery: what is drawn; None for signals only.
+        state_fields: names of the body's state in traces.
+        drawing: what the robot looks like; None for signals only.
+        start_fields: names of the values of a trial's start.
     """
 
     name: str
@@ -38,12 +40,14 @@ class RecordedRun:
     tick_s: float
     max_steps: int
     best_fitness: float
-    scenery: Scenery | None
+    state_fields: tuple[str, ...]
+    drawing: Drawing | None
+    start_fields: tuple[str, ...] = ()
 
     @cached_property
     def sensor_names(self) -> tuple[str, ...]:
         """What people call the sensors, in the controller's order."""
-        return sensor_names(self.size, self.scenery)
+        return sensor_names(self.size, self.drawing)
 
     @cached_property
     def hidden_names(self) -> tuple[str, ...]:
@@ -53,7 +57,7 @@ class RecordedRun:
     @cached_property
     def motor_names(self) -> tuple[str, ...]:
         """What people call the motor neurons."""
-        return motor_names(self.size, self.scenery)
+        return motor_names(self.size, self.drawing)
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +72,7 @@ class RecordedTrial:
         champion: its individual was the best of its generation.
         weights: of its network, shape ``(n_neurons, n_sources)``.
         trace: all that happened.
-        start: where it began, in the order of the task's start fields.
+        start: its start values.
     """
 
     id: int
@@ -82,11 +86,6 @@ class RecordedTrial:
     weights: Weights
     trace: Trace
     start: tuple[float, ...] = ()
-
-    @property
-    def knows_state(self) -> bool:
-        """Whether the robot told where it was: a real one mostly cannot, and nothing is drawn that nobody knows."""
-        return bool(self.trace.state.shape[1] > 0)
 
     @classmethod
     def of(cls, row: AttemptRow, end_reason: EndReason, trace: Trace, weights: Weights, *, champion: bool) -> Self:

@@ -8,7 +8,7 @@ The life of a trial, whoever wants it (evolution, a resumed run, the reference g
 3. The robot runs it; a person may stop it and say whether it counts.
 4. The result is in the journal before the next trial begins. A void trial is never a number: it is attempted again, at
    most `RETRY_LIMIT` times, not counting what an operator wanted.
-5. What a process left open that was cut off is settled first: the robot is asked what became of it, after the same
+5. What a process left open that was cut off is settled first: the robot is asked how it ended, after the same
    people and limits as in 1 had their say.
 
 What is to be run is a `TrialSet`; what the journal already holds of it is never run a second time.

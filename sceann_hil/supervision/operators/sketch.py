@@ -5,39 +5,47 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from sceann_hil.robot.scenery import ArenaScenery, Scenery
+from sceann_hil.robot.drawing import Block, Disc, Drawing, Look
 
-COLUMNS = 36
-"""Characters across the arena; a character is twice as high as it is wide."""
+COLUMNS, MOST_ROWS = 36, 14
+_MARKS = {Look.TARGET: ("G", "the goal"), Look.LAMP: ("L", "a lamp"), Look.OBSTACLE: ("#", "an obstacle")}
 _HEADINGS = ("right", "up and right", "up", "up and left", "left", "down and left", "down", "down and right")
 
 
-def sketch(scenery: Scenery | None, start: Mapping[str, float]) -> str:
-    """The arena with its goal (G) and the robot (R) where it has to stand; empty where there is nothing to draw.
+def sketch(drawing: Drawing | None, start: Mapping[str, float]) -> str:
+    """What stands still, and the robot (R) where it has to stand, seen from above.
 
     Args:
-        scenery: of the robot.
+        drawing: of the robot.
         start: start values by name.
+
+    Returns:
+        Lines of text; empty where there is nothing to draw, or where the start does not say where the robot is.
     """
-    if not isinstance(scenery, ArenaScenery) or not {"x_m", "y_m", "heading_rad"} <= start.keys():
+    part = drawing.parts[0] if drawing is not None and drawing.parts else None
+    if drawing is None or part is None or not {part.x, part.y, part.turn} <= set(start):
         return ""
-    width, height = scenery.arena_m
-    rows = max(3, round(COLUMNS * height / width / 2))
+    left, right, bottom, top = drawing.bounds_m
+    rows = max(3, min(MOST_ROWS, round(COLUMNS * (top - bottom) / (right - left) / 2)))
     cells = [[" "] * COLUMNS for _ in range(rows)]
 
     def mark(x_m: float, y_m: float, text: str) -> None:
-        column = min(COLUMNS - 1, max(0, int(x_m / width * COLUMNS)))
-        row = min(rows - 1, max(0, int((1.0 - y_m / height) * rows)))
-        cells[row][column] = text
+        column = math.floor((x_m - left) / (right - left) * COLUMNS)
+        row = math.floor((top - y_m) / (top - bottom) * rows)
+        cells[min(rows - 1, max(0, row))][min(COLUMNS - 1, max(0, column))] = text
 
-    heading = start["heading_rad"]
-    reach = 0.12 * width
-    mark(*scenery.target_m, "G")
-    for part in (1.0, 0.5):
-        at = (start["x_m"] + part * reach * math.cos(heading), start["y_m"] + part * reach * math.sin(heading))
-        mark(*at, "*" if part == 1.0 else ".")
-    mark(start["x_m"], start["y_m"], "R")
+    told = []
+    for shape in drawing.fixed:
+        if isinstance(shape, Disc | Block) and shape.look in _MARKS:
+            letter, meaning = _MARKS[shape.look]
+            mark(*shape.at_m, letter)
+            told += [f"{letter}: {meaning}"]
+    x_m, y_m, heading_rad = (start[field] for field in (part.x, part.y, part.turn) if field is not None)
+    for reach, text in ((0.12, "*"), (0.06, ".")):
+        length = reach * (right - left)
+        mark(x_m + length * math.cos(heading_rad), y_m + length * math.sin(heading_rad), text)
+    mark(x_m, y_m, "R")
+    heading = _HEADINGS[round(heading_rad / (math.pi / 4)) % 8]
     frame = f"+{'-' * COLUMNS}+"
-    eighth = round(heading / (math.pi / 4)) % 8
-    told = f"R: the robot, facing {_HEADINGS[eighth]} (to the *); G: the goal"
-    return "\n".join([frame, *(f"|{''.join(row)}|" for row in cells), frame, told])
+    legend = "; ".join(dict.fromkeys([f"R: the robot, facing {heading} (to the *)", *told]))
+    return "\n".join([frame, *(f"|{''.join(row)}|" for row in cells), frame, legend])

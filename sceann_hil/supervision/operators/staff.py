@@ -1,4 +1,4 @@
-"""Everybody whom a configuration puts beside the robot, at one desk."""
+"""The operators that a configuration names, at one desk."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ def beside(
             # the page needs a server and a QR encoder, which most runs do not
             from sceann_hil.supervision.operators.web import WebPanel, described
 
-            panel = WebPanel(desk, settings.host, settings.port, robot.scenery, settings.prompt, keymap)
+            panel = WebPanel(desk, settings.host, settings.port, robot.drawing, settings.prompt, keymap)
             present.enter_context(panel)
             help_text = partial(described, panel)
             show(help_text())
         if Who.SCRIPT in who:
             present.enter_context(Script(desk, settings.steps, repeat=settings.repeat_script))
         if Who.CONSOLE in who:
-            present.enter_context(Console(desk, open_keys(), show, keymap, help_text, robot.scenery))
+            present.enter_context(Console(desk, open_keys(), show, keymap, help_text, robot.drawing))
         if settings.prompt is not Prompt.NONE and who:
             present.enter_context(Prompter(desk, settings.prompt, ring))
         try:

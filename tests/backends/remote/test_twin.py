@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,12 +10,13 @@ import pytest
 from pydantic import ValidationError
 
 from backends.remote import RemoteConfig
-from sceann_hil.journal.rows import AttemptRow
+from sceann_hil import registry
 from sceann_hil.network.coding import NetworkSize
-from sceann_hil.recording import chunks
+from sceann_hil.recording import chunks, scene
 from sceann_hil.recording.trial import RecordedRun, RecordedTrial
+from sceann_hil.registry import Group
 from sceann_hil.robot import EndReason
-from sceann_hil.robot.scenery import ArenaScenery, CartPoleScenery
+from sceann_hil.robot.drawing import Drawing
 from sceann_hil.robot.trials import Trace
 from sceann_hil.supervision.operators.sketch import sketch
 from sceann_hil.supervision.operators.web import draw_pose
@@ -40,16 +40,16 @@ def config(**changes: Any) -> RemoteConfig:
 
 def test_a_robot_with_a_twin_has_its_arena() -> None:
     robot = config().build()
-    assert isinstance(robot.scenery, ArenaScenery)
-    assert robot.scenery.arena_m == (1.2, 0.8)
-    picture = draw_pose(robot.scenery, START)
+    assert isinstance(robot.drawing, Drawing)
+    assert robot.drawing.bounds_m[1] >= 1.2
+    picture = draw_pose(robot.drawing, START)
     assert "goal" in picture
-    drawn = sketch(robot.scenery, START)
+    drawn = sketch(robot.drawing, START)
     assert "G" in drawn
     assert "facing up and right" in drawn
     assert max(map(len, drawn.splitlines())) < 80
     assert drawn.count("\n") < 18
-    assert config(twin=None).build().scenery is None
+    assert config(twin=None).build().drawing is None
     assert sketch(None, START) == ""
 
 
@@ -77,26 +77,28 @@ def test_a_twin_that_is_none_is_refused(changes: dict[str, Any], message: str) -
         config(**changes)
 
 
-@pytest.mark.parametrize(
-    "scenery", [config().build().scenery, CartPoleScenery(2.4, 0.2, 1.0, 10.0)], ids=["arena", "cart"]
-)
-def test_the_viewer_draws_the_start_and_invents_no_path(scenery: Any, tmp_path: Path) -> None:
-    run = RecordedRun("r", "e", "remote", NetworkSize(2, 1, 2), 0.1, 50, 1.0, scenery)
+@pytest.mark.parametrize("robot", [TWIN, {"type": "cartpole"}], ids=["arena", "cart"])
+def test_the_viewer_draws_the_start_and_invents_no_path(robot: dict[str, Any]) -> None:
+    body = registry.load(Group.ROBOTS, robot["type"]).model_validate_json(json.dumps(robot)).build()
+    run = RecordedRun(
+        *("r", "e", "remote", NetworkSize(2, 1, 2), 0.1, 50, 1.0),
+        state_fields=(),
+        drawing=body.drawing,
+        start_fields=("x_m", "y_m", "heading_rad"),
+    )
     trace = Trace(
         np.zeros((6, 0), np.float32),
         np.ones((5, 2), np.uint16),
         np.zeros((5, 3), np.int16),
         np.zeros((5, 3), np.int16),
     )
-    start = tuple(START.values())
-    weights = np.zeros((3, 6), np.int8)
-    trial = RecordedTrial(1, 0, 0, 0, 0, 0.5, EndReason.GOAL, False, weights, trace, start)
-    made = list(chunks.trial_chunks(run, trial, full=True))
-    paths = {str(chunk.entity_path) for chunk in made}
+    trial = RecordedTrial(
+        *(1, 0, 0, 0, 0, 0.5, EndReason.GOAL, False),
+        weights=np.zeros((3, 6), np.int8),
+        trace=trace,
+        start=tuple(START.values()),
+    )
+    paths = {str(chunk.entity_path) for chunk in chunks.trial_chunks(run, trial, full=True)}
     assert "/signals/sensors" in paths
-    assert not {"/arena/path", "/arena/trail"} & paths
-    assert ("/arena/robot" in paths) == isinstance(scenery, ArenaScenery)
-
-
-def test_a_row_of_the_journal_has_its_start() -> None:
-    assert "start" in AttemptRow.__dataclass_fields__
+    assert not {scene.PATH, scene.TRAIL} & paths
+    assert ("/scene/robot" in paths) == (robot is TWIN)

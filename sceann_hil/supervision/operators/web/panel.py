@@ -14,7 +14,7 @@ from concurrent.futures import ThreadPoolExecutor
 from tornado.netutil import bind_sockets
 
 from sceann_hil.errors import PanelUnavailable
-from sceann_hil.robot.scenery import Scenery
+from sceann_hil.robot.drawing import Drawing
 from sceann_hil.supervision.operators.desk import Desk
 from sceann_hil.supervision.operators.keymap import KeyMap
 from sceann_hil.supervision.operators.messages import Receipt
@@ -45,7 +45,7 @@ class WebPanel(Operator):
         desk: where to press.
         host: address to listen on; ``::`` is every address, IPv4 and IPv6.
         port: 0 for any that is free.
-        scenery: for the picture of the start pose.
+        drawing: for the picture of the start pose.
         prompt: whether the page beeps or speaks.
         keymap: what keys say on the page.
 
@@ -60,12 +60,12 @@ class WebPanel(Operator):
         desk: Desk,
         host: str,
         port: int,
-        scenery: Scenery | None = None,
+        drawing: Drawing | None = None,
         prompt: Prompt = Prompt.NONE,
         keymap: KeyMap | None = None,
     ) -> None:
         super().__init__(desk)
-        self._scenery = scenery
+        self._drawing = drawing
         self._prompt = prompt
         self._keymap = keymap or KeyMap()
         try:
@@ -126,7 +126,7 @@ class WebPanel(Operator):
 
     def _pose(self) -> str:
         situation = self.desk.view().situation
-        return draw_pose(self._scenery, dict(situation.start if situation else ()))
+        return draw_pose(self._drawing, dict(situation.start if situation else ()))
 
     def stop(self) -> None:
         self._leaving.set()
