@@ -171,6 +171,7 @@ operator:
   prompt: none
   host: 127.0.0.1
   port: 8075
+  keys: []
   script: []
   repeat_script: false
 budget:
