@@ -8,11 +8,13 @@ from dataclasses import fields
 from pathlib import Path
 
 from sceann_hil.errors import RunExists
-from sceann_hil.journal import AttemptRow, GenerationRow, IndividualRow, JournalReader
+from sceann_hil.journal import AttemptKind, AttemptRow, GenerationRow, IndividualRow, JournalReader
 
 
 def export_csv(reader: JournalReader, folder: Path) -> list[Path]:
     """Write ``generations.csv``, ``individuals.csv`` and ``trials.csv``.
+
+    If there are trials outside evolution (reference runs, measurements), they are in ``measurements.csv``.
 
     Args:
         reader: the run's journal.
@@ -30,6 +32,11 @@ def export_csv(reader: JournalReader, folder: Path) -> list[Path]:
         "individuals": (IndividualRow, (row for g in generations for row in reader.individuals(g.number))),
         "trials": (AttemptRow, (row for g in generations for row in reader.attempts(g.number))),
     }
+    outside = [
+        row for kind in (AttemptKind.REFERENCE, AttemptKind.MEASUREMENT) for row in reader.attempts_of_kind(kind)
+    ]
+    if outside:
+        tables["measurements"] = AttemptRow, sorted(outside, key=lambda row: row.id)
     paths = {name: folder / f"{name}.csv" for name in tables}
     for path in paths.values():
         if path.exists():
