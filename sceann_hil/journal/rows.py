@@ -29,7 +29,9 @@ class GenerationRow:
     number: int
     finished_at: str | None
     wall_s: float | None
+    attempts: int | None
     robot_s: float | None
+    operator_s: float | None
     best_fitness: float | None
     mean_fitness: float | None
     worst_fitness: float | None
@@ -38,13 +40,14 @@ class GenerationRow:
 
 @dataclass(frozen=True, slots=True)
 class IndividualRow:
-    """One individual; `genome` is hexadecimal, see `genome_bits`."""
+    """One individual; `genome` is hexadecimal, see `genome_bits`; `ancestor` is its parent in another run."""
 
     id: int
     generation: int
     number: int
     genome: str
     parent: int | None
+    ancestor: int | None
     structure: str | None
     fitness: float | None
 
@@ -80,6 +83,7 @@ class AttemptRow:
     operator_s: float | None = None
     battery: float | None = None
     note: str | None = None
+    measurement: int | None = None
 
     @property
     def own_generation(self) -> int:
@@ -94,6 +98,19 @@ class AttemptRow:
                 "Choose another one: `sceann status` tells how many there are.",
             )
         return self.generation
+
+
+@dataclass(frozen=True, slots=True)
+class MeasurementRow:
+    """Genomes that were run on a robot outside evolution; `finished_at` is None if it can be gone on with."""
+
+    id: int
+    kind: str
+    begun_at: str
+    finished_at: str | None
+    robot: str
+    config: str
+    plan: str
 
 
 @dataclass(frozen=True, slots=True)

@@ -232,7 +232,7 @@ class Experiment:
             return False
         self.journal.close()
         shutil.rmtree(RecordingPaths(self.directory).folder, ignore_errors=True)
-        own = {CONFIG_NAME, LOCK_NAME, *(f"{JOURNAL_NAME}{end}" for end in ("", "-wal", "-shm"))}
+        own = {CONFIG_NAME, LOCK_NAME, *(f"{JOURNAL_NAME}{end}" for end in ("", "-wal", "-shm", ".seal"))}
         for path in list(self.directory.iterdir()):
             if path.name in own or Journal.is_unborn(path):
                 path.unlink()

@@ -158,7 +158,7 @@ def test_reference_runs_are_asked_for_like_any_other_trial(tmp_path: Path) -> No
     script = ["ready"] * 6 + ["skip"] + ["ready"] * 30
     outcome, _ = attended_run(tmp_path / "run", script, "reference.every=4", "operator.confirm=false", robot=robot)
     assert outcome is Outcome.FINISHED
-    references = rows(tmp_path / "run", "SELECT count(*) FROM reference")[0][0]
+    references = rows(tmp_path / "run", "SELECT count(*) FROM attempt WHERE kind = 'reference'")[0][0]
     assert references >= 1
     assert robots[0].starts == N_TRIALS + references
 
