@@ -1,7 +1,8 @@
 """A simulated two-wheeled robot in a walled arena with a target: Katada & Nakazawa, Section III, Eq. (4).
 
 The paper leaves geometry, speed and sensors open; the defaults are ours, and ``docs/reproduction.md`` says what they
-were chosen by. The infrared sensors see the target only: a robot that does this needs a beacon on the target.
+were chosen by. The infrared sensors see the target only: a robot that does this needs a beacon on the target. With a
+`world` the same robot sees walls, obstacles, lamps and the floor (`backends.world`).
 """
 
 from __future__ import annotations
@@ -19,6 +20,9 @@ from backends.simulation.gap import Gap
 from backends.simulation.lanes import RUNNING
 from backends.simulation.maths import arctangent2, cosine, sine, wrap_angle
 from backends.simulation.settings import GapConfig
+from backends.world.body import WorldDrive
+from backends.world.config import WorldConfig
+from backends.world.layout import Motion
 from sceann_hil.network.compiled import compiled_part
 from sceann_hil.network.neurons import LANES
 from sceann_hil.plugins import Misfit, RobotConfig
@@ -180,6 +184,7 @@ class DifferentialDrive(SimulatedRobot):
 
 
 _Positive = Annotated[float, Field(gt=0.0)]
+_PAPER_ONLY = ("n_sensors", "sensor_field_deg", "sensor_half_width_deg", "sensor_reference_m")
 
 
 class DifferentialDriveConfig(RobotConfig):
@@ -208,6 +213,8 @@ class DifferentialDriveConfig(RobotConfig):
     """Distance D0 up to which a sensor reads 1; beyond, it reads D0 / distance."""
     motion_noise: Annotated[float, Field(ge=0.0, le=1.0)] = 0.1
     """Standard deviation of the motion errors, as a part of each step's displacement."""
+    world: WorldConfig | None = None
+    """What stands in the arena and what the robot feels of it, instead of the paper's sensors for the target."""
     gap: GapConfig = GapConfig()
     """How the body differs from the ideal one."""
 
@@ -220,8 +227,35 @@ class DifferentialDriveConfig(RobotConfig):
                 )
         if 2.0 * self.radius_m > min(self.arena_m):
             raise Misfit(f"arena_m: expected more than the robot's diameter {2 * self.radius_m:g} m", "arena_m")
+        if self.world is not None:
+            given = [name for name in _PAPER_ONLY if name in self.model_fields_set]
+            if given:
+                raise Misfit(f"{given[0]}: expected nothing here beside world, which has the sensors", *given)
+            self.world.check(self.arena_m, self.radius_m)
         return self.build().spec
 
-    def build(self) -> DifferentialDrive:
-        settings = {name: getattr(self, name) for name in type(self).model_fields if name not in ("type", "gap")}
+    def build(self) -> DifferentialDrive | WorldDrive:
+        if self.world is not None:
+            return self._in_world(self.world)
+        settings = {
+            name: getattr(self, name) for name in type(self).model_fields if name not in ("type", "gap", "world")
+        }
         return DifferentialDrive(**settings, gap=self.gap.build(self.n_sensors, 2))
+
+    def _in_world(self, world: WorldConfig) -> WorldDrive:
+        senses = world.senses(self.radius_m)
+        motion = Motion(
+            step_m=self.top_speed_m_s * self.tick_s,
+            radius_m=self.radius_m,
+            wheel_interval_m=world.wheel_interval_m or 2.0 * self.radius_m,
+            noise=self.motion_noise,
+            backwards=world.backwards,
+            bump_ends=world.bump == "end",
+        )
+        return WorldDrive(
+            world.world(self.arena_m, self.target_m, self.target_radius_m),
+            senses,
+            motion,
+            self.tick_s,
+            self.gap.build(senses.count, 2),
+        )

@@ -13,7 +13,7 @@ from pydantic import Field, SerializeAsAny, ValidationError, field_validator, mo
 import sceann_hil.link.serial_bus as serial_bus
 from backends.remote.connection import RemoteSettings
 from backends.remote.robot import RemoteRobot
-from backends.simulation.engine import SimulatedRobot
+from backends.simulation.body import SimulatedBody
 from sceann_hil import registry
 from sceann_hil.errors import PluginError
 from sceann_hil.firmware.build import Board
@@ -98,7 +98,7 @@ class RemoteConfig(RobotConfig):
         if self.mode == "hil":
             if self.body is None:
                 raise Misfit("body: expected a simulated robot, because mode is hil", "body")
-            if not isinstance(self.body.build(), SimulatedRobot):
+            if not isinstance(self.body.build(), SimulatedBody):
                 raise Misfit(f"body: expected a simulated robot, got {self.body.type}", "body")
             spec = self.body.spec
             if spec.n_sensors > MAX_SENSORS or spec.n_motors > MAX_MOTORS:
@@ -167,7 +167,7 @@ class RemoteConfig(RobotConfig):
                 battery_range_v=self.battery_range_v,
             ),
             self.open_bus,
-            body if isinstance(body, SimulatedRobot) else None,
+            body if isinstance(body, SimulatedBody) else None,
             SensorWatch(self.ends) if self.ends else None,
         )
 

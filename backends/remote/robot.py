@@ -13,7 +13,7 @@ from backends.remote import rig
 from backends.remote.connection import Connection, RemoteSettings
 from backends.remote.doctor import examine
 from backends.remote.verdict import end_reason, ended, first_difference, result
-from backends.simulation.engine import SimulatedRobot
+from backends.simulation.body import SimulatedBody
 from backends.simulation.stepwise import StepwiseBody
 from sceann_hil.link.descriptor import Descriptor
 from sceann_hil.link.lockstep import run_lockstep
@@ -58,7 +58,7 @@ class RemoteRobot(Robot):
         spec: RobotSpec,
         settings: RemoteSettings,
         open_bus: Callable[[], can.BusABC],
-        body: SimulatedRobot | None = None,
+        body: SimulatedBody | None = None,
         watch: Watch | None = None,
     ) -> None:
         if (body is None) == (settings.mode is Mode.HIL):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
@@ -11,20 +10,21 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from backends.simulation.body import SimulatedBody
+from backends.simulation.estimate import estimate_gap
 from backends.simulation.gap import Gap
-from backends.simulation.lanes import Advance, Sense, bind
+from backends.simulation.lanes import run_lanes
 from sceann_hil.network.coding import NetworkSize
 from sceann_hil.network.controller import Neuron
 from sceann_hil.network.neurons import LANES
-from sceann_hil.robot import GapEstimate, Results, Robot, Trace, Trials
+from sceann_hil.robot import GapEstimate, Results, Trace, Trials
 
 _SMALLEST_SHARE = LANES
 _SHARES_PER_THREAD = 4
-_kernels: dict[tuple[Sense, Advance], Callable[..., None]] = {}
 
 
-class SimulatedRobot(Robot):
-    """A robot whose body is two functions over lanes (see `backends.simulation.lanes`).
+class SimulatedRobot(SimulatedBody):
+    """A `SimulatedBody` that runs trials.
 
     A subclass gives the `spec` and the body. The same `Trials` give the same bits alone, in any batch and on any
     number of threads.
@@ -34,25 +34,13 @@ class SimulatedRobot(Robot):
         threads: how many cores to use; None for all.
     """
 
-    sense: Sense
-    advance: Advance
-    n_noise: int = 0
-    """Normal deviates that `advance` wants per step."""
-    neutral_motor: float = 0.0
-    """The motor value at which nothing moves."""
-
     def __init__(self, gap: Gap = Gap(), threads: int | None = None) -> None:  # noqa: B008
-        self.gap = gap
+        super().__init__(gap)
         self._threads = threads or os.cpu_count() or 1
 
     def use_cores(self, count: int) -> None:
         """Compute on at most `count` cores."""
         self._threads = count
-
-    @property
-    @abstractmethod
-    def parameters(self) -> NDArray[np.float32]:
-        """The body's parameters as its two functions expect them."""
 
     def connect(self) -> None:
         """Load or make the machine code, so that the first trial does not wait for it."""
@@ -69,17 +57,11 @@ class SimulatedRobot(Robot):
 
     def estimate_gap(self, starts: NDArray[np.float64], traces: Sequence[Trace]) -> GapEstimate:
         """See `backends.simulation.estimate`."""
-        # that module needs this one, and SciPy, which no run needs
-        from backends.simulation.estimate import estimate_gap
-
         return estimate_gap(self, starts, tuple(traces))
 
     @cached_property
     def _kernel(self) -> Callable[..., None]:
-        body = (type(self).sense, type(self).advance)
-        if body not in _kernels:
-            _kernels[body] = bind(self.spec.name, *body)
-        return _kernels[body]
+        return self.bind(run_lanes)
 
     @cached_property
     def _pool(self) -> ThreadPoolExecutor:
@@ -102,7 +84,7 @@ class SimulatedRobot(Robot):
         trace_sensors = np.empty((rows, trials.max_steps, size.n_sensors), np.uint16)
         trace_u = np.empty((rows, trials.max_steps, size.n_neurons), np.int16)
         trace_x = np.empty((rows, trials.max_steps, size.n_neurons), np.int16)
-        starts = trials.starts.astype(np.float32)
+        states, parameters = self.checked_states(trials.starts), self.checked_parameters()
         gap = self.gap.draw(trials.keys, size.n_sensors, size.n_motors, self.neutral_motor)
 
         def simulate(part: slice) -> None:
@@ -110,7 +92,7 @@ class SimulatedRobot(Robot):
             self._kernel(
                 trials.weights,
                 trials.genome_index[part],
-                starts[part],
+                states[part],
                 trials.keys[part],
                 trials.max_steps,
                 size.n_hidden,
@@ -118,7 +100,7 @@ class SimulatedRobot(Robot):
                 trials.dynamics.initial_output,
                 self.n_noise,
                 gap[part] if len(gap) else gap,
-                self.parameters,
+                parameters,
                 end_reasons[part],
                 steps[part],
                 hashes[part],

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from backends.simulation.engine import SimulatedRobot
+from backends.simulation.body import SimulatedBody
 from backends.simulation.stepwise import StepwiseBody
 from sceann_hil.network.controller import ONE, SENSOR_MAX
 from sceann_hil.robot import GapEstimate, Trace
@@ -23,7 +23,7 @@ LATENCIES = range(7)
 GAINS = (0.3, 1.7)
 
 
-def estimate_gap(robot: SimulatedRobot, starts: NDArray[np.float64], traces: tuple[Trace, ...]) -> GapEstimate:
+def estimate_gap(robot: SimulatedBody, starts: NDArray[np.float64], traces: tuple[Trace, ...]) -> GapEstimate:
     """The estimate.
 
     Args:

@@ -19,7 +19,7 @@ from sceann_hil.seeds import Purpose, keys, uniforms
 
 _F = np.float32
 _U = np.uint32
-_FIRST_SENSOR_CHANNEL = 16
+FIRST_SENSOR_CHANNEL = 16
 """Each sensor uses two noise channels from here on; a body's own noise uses those below."""
 
 MAX_LATENCY_STEPS = 15
@@ -150,7 +150,7 @@ def apply_sensor_gap(
         for lane in range(LANES):
             offset = lane_gap[GAP_FIXED + j, lane]
             gain = lane_gap[GAP_FIXED + n + j, lane]
-            counter = _U(_U(_U(step[lane]) * _U(CHANNELS)) + _U(_FIRST_SENSOR_CHANNEL + 2 * j))
+            counter = _U(_U(_U(step[lane]) * _U(CHANNELS)) + _U(FIRST_SENSOR_CHANNEL + 2 * j))
             deviate, _ = normal_pair(key_low[lane], key_high[lane], counter)
             sensors[j, lane] = gain * sensors[j, lane] + offset + lane_gap[0, lane] * deviate
 

@@ -14,55 +14,33 @@ its own column, so a trial gives the same bits whatever runs beside it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from types import FunctionType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from backends.simulation.body import Float32Array
 from backends.simulation.gap import GAP_FIXED, MAX_LATENCY_STEPS, apply_motor_gap, apply_sensor_gap
 from backends.simulation.noise import CHANNELS, normal_pair
-from sceann_hil.network.compiled import compiled, compiled_part
+from sceann_hil.network.compiled import compiled_part
 from sceann_hil.network.neurons import LANES, update_hashes, update_outputs, update_states
 from sceann_hil.robot import EndReason
 
 RUNNING = -1
-WORK_ROWS = 4
+WORK_ROWS = 10
 _TIME_UP = int(EndReason.TIME_UP)
 _F = np.float32
 _U = np.uint32
 
-Float32Array = NDArray[np.float32]
-Sense = Callable[[Float32Array, Float32Array, Float32Array, Float32Array], None]
-Advance = Callable[[Float32Array, Float32Array, Float32Array, NDArray[np.int32], Float32Array, Float32Array], None]
-
-
-def bind(name: str, sense: Sense, advance: Advance) -> Callable[..., None]:
-    """The compiled loop for one body.
-
-    The loop's byte code gets a globals dictionary of its own in which ``sense`` and ``advance`` are the body's:
-    unlike a closure, that lets Numba keep the machine code on disk.
-
-    Args:
-        name: of the body; part of the name under which the machine code is kept.
-        sense: see the module.
-        advance: see the module.
-    """
-    scope: dict[str, Any] = {**_run_lanes.__globals__, "sense": sense, "advance": advance}
-    loop = FunctionType(_run_lanes.__code__, scope, f"run_lanes_{name}")
-    loop.__qualname__ = f"run_lanes_{name}"
-    return compiled(loop)
-
-
 sense: Any = None
+"""The body's, in the globals that `SimulatedBody.bind` makes."""
 advance: Any = None
 
 
-def _run_lanes(
+def run_lanes(
     weights: NDArray[np.int8],
     genome_index: NDArray[np.int32],
-    starts: Float32Array,
+    states: Float32Array,
     keys: NDArray[np.uint64],
     max_steps: int,
     n_hidden: int,
@@ -81,7 +59,7 @@ def _run_lanes(
     trace_x: NDArray[np.int16],
 ) -> None:
     """Run every trial to its end. Traces are written if ``trace_state`` has a row for every trial."""
-    n_trials, n_state = starts.shape
+    n_trials, n_state = states.shape
     _, n_neurons, n_sources = weights.shape
     n_sensors = n_sources - n_neurons
     n_motors = n_neurons - n_hidden
@@ -142,7 +120,7 @@ def _run_lanes(
                     key_low[lane] = _U(keys[trial])
                     key_high[lane] = _U(keys[trial] >> np.uint64(32))
                     for k in range(n_state):
-                        state[k, lane] = starts[trial, k]
+                        state[k, lane] = states[trial, k]
                     genome = genome_index[trial]
                     for i in range(n_neurons):
                         u[i, lane] = 0

@@ -6,27 +6,23 @@ after the same steps. That is what hardware-in-the-loop trials and virtual robot
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from types import FunctionType
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from backends.simulation.engine import SimulatedRobot
+from backends.simulation.body import Float32Array, SimulatedBody
 from backends.simulation.gap import GAP_FIXED, MAX_LATENCY_STEPS, Gap, apply_motor_gap, apply_sensor_gap
-from backends.simulation.lanes import RUNNING, WORK_ROWS, Advance, Sense, fill_normals
-from sceann_hil.network.compiled import compiled
+from backends.simulation.lanes import RUNNING, WORK_ROWS, fill_normals
 from sceann_hil.network.controller import ONE
 from sceann_hil.network.neurons import LANES
 from sceann_hil.robot import EndReason
 
 _F = np.float32
-Float32Array = NDArray[np.float32]
 
 sense: Any = None
 advance: Any = None
-_bound: dict[tuple[Sense, Advance], tuple[Callable[..., None], Callable[..., None]]] = {}
 
 
 def _read_sensors(
@@ -84,19 +80,13 @@ class StepwiseBody:
         steps: ticks since `reset`.
     """
 
-    def __init__(self, robot: SimulatedRobot, gap: Gap | None = None) -> None:
+    def __init__(self, robot: SimulatedBody, gap: Gap | None = None) -> None:
         self.robot = robot
         self._gap = robot.gap if gap is None else gap
         spec = robot.spec
-        body = (type(robot).sense, type(robot).advance)
-        if body not in _bound:
-            _bound[body] = (
-                _bind("read_sensors", _read_sensors, *body, spec.name),
-                _bind("move", _move, *body, spec.name),
-            )
-        self._read_sensors, self._move = _bound[body]
+        self._read_sensors, self._move = robot.bind(_read_sensors), robot.bind(_move)
         n_noise = robot.n_noise + robot.n_noise % 2
-        self._parameters = robot.parameters
+        self._parameters = robot.checked_parameters()
         self._state = np.zeros((len(spec.state_fields), LANES), np.float32)
         self._sensors = np.zeros((spec.n_sensors, LANES), np.float32)
         self._motors = np.zeros((spec.n_motors, LANES), np.float32)
@@ -116,7 +106,7 @@ class StepwiseBody:
             key: noise key; the gap is drawn from it.
         """
         spec = self.robot.spec
-        self._state[:] = np.asarray(start, np.float64).astype(np.float32)[:, None]
+        self._state[:] = self.robot.checked_states(np.asarray(start, np.float64)[None])[0][:, None]
         gap = self._gap.draw(np.array([key], np.uint64), spec.n_sensors, spec.n_motors, self.robot.neutral_motor)
         self._lane_gap = np.repeat(gap.T, LANES, axis=1) if len(gap) else np.zeros((0, LANES), np.float32)
         self._lane_gap = np.ascontiguousarray(self._lane_gap)
@@ -174,12 +164,3 @@ class StepwiseBody:
             self._step,
         )
         return None if self._ended[0] == RUNNING else EndReason(int(self._ended[0]))
-
-
-def _bind(name: str, function: Callable[..., None], sense: Sense, advance: Advance, body: str) -> Callable[..., None]:
-    """One of the two functions for one body, as `backends.simulation.lanes.bind` does it."""
-    code = getattr(function, "__code__")  # noqa: B009 - typed Callable has no __code__
-    scope: dict[str, Any] = {**globals(), "sense": sense, "advance": advance}
-    bound = FunctionType(code, scope, f"{name}_{body}")
-    bound.__qualname__ = f"{name}_{body}"
-    return compiled(bound)

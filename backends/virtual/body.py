@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from backends.simulation.engine import SimulatedRobot
+from backends.simulation.body import SimulatedBody
 from backends.simulation.stepwise import StepwiseBody
 from sceann_hil.firmware.emulated.posix import Alarm
 from sceann_hil.network.controller import ONE
@@ -46,7 +46,7 @@ class VirtualBody:
         battery: see `Battery`.
     """
 
-    def __init__(self, robot: SimulatedRobot, seed: int = 1, battery: Battery = Battery()) -> None:
+    def __init__(self, robot: SimulatedBody, seed: int = 1, battery: Battery = Battery()) -> None:
         self._body = StepwiseBody(robot, robot.gap.of_robot(seed))
         self._body.prepare()
         self._neutral = [round(robot.neutral_motor * ONE)] * robot.spec.n_motors
@@ -61,7 +61,7 @@ class VirtualBody:
         self.place(np.zeros(len(robot.spec.start_fields)).tolist())
 
     @property
-    def robot(self) -> SimulatedRobot:
+    def robot(self) -> SimulatedBody:
         """Whose body it is."""
         return self._body.robot
 

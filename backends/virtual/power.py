@@ -13,7 +13,7 @@ from typing import Any
 
 import can as python_can
 
-from backends.simulation.engine import SimulatedRobot
+from backends.simulation.body import SimulatedBody
 from backends.virtual.body import Battery, VirtualBody
 from backends.virtual.cable import Cable
 from backends.virtual.can_bridge import CanBridge
@@ -139,7 +139,7 @@ def _body(robot: RobotConfig | None, seed: int, battery_s: float, board: Board) 
     if robot is None or board not in (Board.POSIX, Board.UNO):
         return None
     simulated = robot.build()
-    if not isinstance(simulated, SimulatedRobot):
+    if not isinstance(simulated, SimulatedBody):
         raise ConfigError(f"robot.type: expected a simulated robot, got {robot.type}.", "Name another CONFIG.")
     return VirtualBody(simulated, seed, Battery(lasts_s=battery_s))
 

@@ -10,12 +10,17 @@
 * `outline_of` says what a configuration names, without its plug-ins: `outline`.
 * `json_schema` and `schema_text` are for editors: `schema`.
 
-The names are imported when they are used: whoever only looks into a run needs none of the models.
+The names are imported when they are used: whoever only looks into a run needs none of the models. The module itself
+can be called: `sceann_hil.config(...)` makes a configuration (see `made`).
 """
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Mapping
 from importlib import import_module
+from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -57,3 +62,15 @@ def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+
+
+class _Callable(ModuleType):
+    """This module, which shares its name with the public function."""
+
+    def __call__(self, source: Mapping[str, Any] | Path | str | None = None, /, **sections: Any) -> ExperimentConfig:
+        from sceann_hil.config.made import made
+
+        return made(source, sections)
+
+
+sys.modules[__name__].__class__ = _Callable

@@ -132,6 +132,7 @@ class ExperimentConfig(Section):
             self.algorithm.build(self.genome_length)
         with _blaming(self, "task", "robot"):
             self.task.check(self.robot)
+            self._check_robot_and_task()
         if self.saving.racing is not Racing.OFF and not self.algorithm.compares_only:
             raise Misfit(
                 f"racing: expected an algorithm that only compares fitness, got {self.algorithm.type}",
@@ -139,6 +140,13 @@ class ExperimentConfig(Section):
                 "algorithm.type",
             )
         return self
+
+    def _check_robot_and_task(self) -> None:
+        try:
+            task = self.task.build()
+        except NotImplementedError:
+            return  # a plug-in that is only a section yet: its keys can be checked, its trials cannot be run
+        task.check_robot(self.robot.spec)
 
 
 @contextmanager

@@ -15,8 +15,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
-import platformdirs
-
+from sceann_hil import derived
 from sceann_hil.errors import FirmwareBuildFailed, ToolMissing
 
 FIRMWARE = Path(__file__).resolve().parents[2] / "firmware"
@@ -147,11 +146,10 @@ def compile_c(
     digest.update(repr((program, Path(program).stat().st_mtime_ns, command, toolchain.link_flags)).encode())
     for path in (*sources, *headers):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
-    cache = Path(platformdirs.user_cache_dir("sceann-hil")) / "firmware"
+    cache = derived.folder("firmware")
     result = cache / f"{digest.hexdigest()[:24]}{suffix}"
-    if result.exists():
+    if derived.is_sealed(result):
         return result
-    cache.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=cache) as folder:
         fresh = Path(folder) / result.name
         done = subprocess.run(
@@ -163,6 +161,7 @@ def compile_c(
         if done.returncode != 0:
             raise FirmwareBuildFailed(f"{toolchain.compiler} could not build the firmware:\n{done.stderr.strip()}")
         fresh.replace(result)
+    derived.seal(result)
     return result
 
 

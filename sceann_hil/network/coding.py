@@ -57,6 +57,31 @@ class NetworkSize:
         """What every neuron may listen to: sensors, hidden and motor neurons, in this order."""
         return self.n_sensors + self.n_hidden + self.n_motors
 
+    @property
+    def sensor_names(self) -> tuple[str, ...]:
+        """For people: s1, s2, ..."""
+        return tuple(f"s{i + 1}" for i in range(self.n_sensors))
+
+    @property
+    def hidden_names(self) -> tuple[str, ...]:
+        """For people: h1, h2, ..."""
+        return tuple(f"h{i + 1}" for i in range(self.n_hidden))
+
+    @property
+    def motor_names(self) -> tuple[str, ...]:
+        """For people: m1, m2, ..."""
+        return tuple(f"m{i + 1}" for i in range(self.n_motors))
+
+    @property
+    def neuron_names(self) -> tuple[str, ...]:
+        """Hidden and motor neurons: the rows of a connection matrix."""
+        return self.hidden_names + self.motor_names
+
+    @property
+    def source_names(self) -> tuple[str, ...]:
+        """Sensors, hidden and motor neurons: the columns of a connection matrix."""
+        return self.sensor_names + self.neuron_names
+
 
 class Coding(Enum):
     """How a bit string codes the connections of one neuron's block."""

@@ -1,35 +1,23 @@
-"""Numba, set up once: which options every compiled function gets, and where compiled code is kept.
-
-Numba notices a change in the file of a compiled function, but not in the files of the functions that it calls. The
-cache folder therefore carries a hash of every source file that holds compiled code: an edit or an upgrade can never
-run yesterday's machine code, and an installation that cannot be written to still has a cache.
-"""
+"""Numba, set up once: which options every compiled function gets, and where compiled code is kept."""
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, TypeVar, cast
+from weakref import WeakKeyDictionary
 
 import numba
-import platformdirs
+
+from sceann_hil.network.code_cache import CodeCache
+from sceann_hil.network.fingerprint import fingerprint, is_dispatcher, reached
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
+# whatever the environment says: interpreted integers do not wrap around like compiled ones
+numba.config.DISABLE_JIT = 0  # type: ignore[attr-defined]
 
-def _source_fingerprint() -> str:
-    digest = hashlib.sha256(numba.__version__.encode())
-    root = Path(__file__).parents[2]
-    for package in ("sceann_hil", "backends"):
-        for path in sorted((root / package).rglob("*.py")):
-            source = path.read_bytes()
-            if b"compiled" in source:
-                digest.update(source)
-    return digest.hexdigest()[:16]
-
-
-numba.config.CACHE_DIR = str(platformdirs.user_cache_path("sceann-hil") / _source_fingerprint())  # type: ignore[attr-defined]
+_compiled_as: WeakKeyDictionary[Any, str] = WeakKeyDictionary()
+"""The fingerprint with which a part was current when something that uses it was compiled."""
 
 
 def compiled(function: _Function) -> _Function:
@@ -38,9 +26,32 @@ def compiled(function: _Function) -> _Function:
     Integer and IEEE floating-point semantics stay exact (no fast-math, no contraction), so that a result depends on
     neither the machine's vector width nor on how trials are batched. The GIL is released.
     """
-    return cast(_Function, numba.njit(cache=True, nogil=True, error_model="numpy")(function))
+    dispatcher: Any = numba.njit(nogil=True, error_model="numpy")(function)
+    dispatcher._cache = CodeCache(dispatcher)
+    return cast(_Function, dispatcher)
 
 
 def compiled_part(function: _Function) -> _Function:
     """Like `compiled`, for the pieces that only other compiled functions call; they need no cache of their own."""
     return cast(_Function, numba.njit(error_model="numpy", forceinline=True)(function))
+
+
+def as_part(function: _Function) -> _Function:
+    """A function of somebody else for use in compiled code: compiled already, or plain Python."""
+    return function if is_dispatcher(function) else compiled_part(function)
+
+
+def make_current(*functions: Callable[..., Any]) -> None:
+    """See to it that what these functions call is compiled as it is now, not as it was in this process before.
+
+    A constant of a module may have been changed, or a helper's module imported again, since a part was compiled.
+    """
+    for part in reached(*functions):
+        now = fingerprint(part)
+        if _compiled_as.get(part, now) != now:
+            part._make_finalizer()()
+            part._reset_overloads()
+        _compiled_as[part] = now
+        if not isinstance(part._cache, CodeCache) and part._cache.cache_path is not None:
+            # kept by Numba itself, which does not notice edits to what the part calls
+            part._cache = CodeCache(part)

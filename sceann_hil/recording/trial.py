@@ -49,12 +49,12 @@ class RecordedRun:
                 return tuple(f"{math.degrees(a):+.0f}°" if abs(a) > 1e-9 else "0°" for a in directions)
             case CartPoleScenery() if n <= 4:
                 return ("x", "angle", "speed", "rate")[:n]
-        return tuple(f"s{i}" for i in range(n))
+        return self.size.sensor_names
 
     @cached_property
     def hidden_names(self) -> tuple[str, ...]:
         """Names of the hidden neurons."""
-        return tuple(f"h{i}" for i in range(self.size.n_hidden))
+        return self.size.hidden_names
 
     @cached_property
     def motor_names(self) -> tuple[str, ...]:
@@ -65,7 +65,7 @@ class RecordedRun:
                 return ("left", "right")
             case CartPoleScenery() if n == 1:
                 return ("force",)
-        return tuple(f"m{i}" for i in range(n))
+        return self.size.motor_names
 
 
 @dataclass(frozen=True, slots=True)

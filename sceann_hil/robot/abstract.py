@@ -86,6 +86,13 @@ class Robot(ABC):
             return self.run(trials)
         return Results.void(len(trials), EndReason.LINK_LOST, len(self.spec.state_fields))
 
+    def body_fingerprint(self) -> str | None:
+        """What a simulated body's motion follows from (code, constants, parameters) in one word; None for others.
+
+        Two robots with the same one give the same bits; a journal notes it.
+        """
+        return None
+
     def connect(self) -> None:
         """Make the robot ready; motors stay at their safe output. Does nothing where there is nothing to do."""
 

@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from sceann_hil.network.coding import Weights
 from sceann_hil.network.phenotype import Phenotype
-from sceann_hil.robot import Results, Trials
+from sceann_hil.robot import Results, RobotSpec, Trials
+from sceann_hil.robot.trials import MOST_STEPS
 
 
 class Task(ABC):
@@ -43,6 +44,28 @@ class Task(ABC):
     @abstractmethod
     def succeeded(self, results: Results) -> NDArray[np.bool_]:
         """Which trials reached what the task asks for, shape ``(n,)``."""
+
+    def check_robot(self, spec: RobotSpec) -> None:
+        """Refuse a robot whose trials could not be this task's; asked of every task before anything runs.
+
+        Raises:
+            ValueError: why it cannot.
+        """
+        if self.start_fields != spec.start_fields:
+            raise ValueError(
+                f"the task {self.name} starts its trials from {_listed(self.start_fields)}, but the robot {spec.name} "
+                f"from {_listed(spec.start_fields)}"
+            )
+        starts = np.asarray(self.starts)
+        if starts.ndim != 2 or len(starts) < 1 or starts.shape[1] != len(self.start_fields):
+            raise ValueError(
+                f"starts of the task {self.name}: expected one row of {len(self.start_fields)} values "
+                f"({_listed(self.start_fields)}) for each trial, got shape {starts.shape}"
+            )
+        if starts.dtype.kind not in "iuf" or not np.isfinite(starts).all():
+            raise ValueError(f"starts of the task {self.name}: expected finite numbers, got {starts.tolist()}")
+        if not 1 <= self.max_steps <= MOST_STEPS:
+            raise ValueError(f"max_steps of the task {self.name}: expected 1..{MOST_STEPS}, got {self.max_steps}")
 
     def trials(
         self,
@@ -94,3 +117,7 @@ class Task(ABC):
     def n_trials(self) -> int:
         """Trials of one individual."""
         return len(self.starts)
+
+
+def _listed(fields: tuple[str, ...]) -> str:
+    return ", ".join(fields) or "nothing"

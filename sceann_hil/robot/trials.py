@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,9 @@ from sceann_hil.network.coding import NetworkSize, Weights
 from sceann_hil.network.controller import Dynamics
 from sceann_hil.robot.end_reasons import EndReason, TrialVoid
 
+MOST_STEPS = 2**30
+"""Longest trial."""
+
 _COUNTS = np.zeros(256, np.bool_)
 _COUNTS[[reason for reason in EndReason if not reason.is_void]] = True
 
@@ -20,6 +23,8 @@ _COUNTS[[reason for reason in EndReason if not reason.is_void]] = True
 @dataclass(frozen=True, slots=True)
 class Trials:
     """Trials to run, as a structure of arrays (n trials, g genomes).
+
+    Compiled code trusts these arrays, so they are checked when they are made, and are contiguous.
 
     Attributes:
         size: the network's size, the same for all.
@@ -32,6 +37,9 @@ class Trials:
         ids: numbers that name the trials in the journal, int64, shape ``(n,)``.
         run_id: a number that tells this run from others, so that a robot's memory of another run's trial is not
             taken for one of this run's.
+
+    Raises:
+        ValueError: an array has another shape, type or range.
     """
 
     size: NetworkSize
@@ -43,6 +51,21 @@ class Trials:
     max_steps: int
     ids: NDArray[np.int64]
     run_id: int = 0
+
+    def __post_init__(self) -> None:
+        size, (n,) = self.size, np.shape(self.genome_index) if np.ndim(self.genome_index) == 1 else (-1,)
+        weights = _array("weights", self.weights, np.int8, (-1, size.n_neurons, size.n_sources), (-1, 1))
+        checked = {
+            "weights": weights,
+            "genome_index": _array("genome_index", self.genome_index, np.int32, (n,), (0, len(weights) - 1)),
+            "starts": _array("starts", self.starts, np.float64, (n, -1)),
+            "keys": _array("keys", self.keys, np.uint64, (n,), (0, 2**64 - 1)),
+            "ids": _array("ids", self.ids, np.int64, (n,), (-(2**63), 2**63 - 1)),
+        }
+        for name, array in checked.items():
+            object.__setattr__(self, name, array)
+        if not 1 <= self.max_steps <= MOST_STEPS:
+            raise ValueError(f"max_steps: expected 1..{MOST_STEPS}, got {self.max_steps}")
 
     @classmethod
     def none(cls, size: NetworkSize, n_start: int) -> Self:
@@ -150,3 +173,26 @@ class Results:
 
     def __len__(self) -> int:
         return len(self.end_reasons)
+
+
+def _array(
+    name: str, values: NDArray[Any], dtype: type, shape: tuple[int, ...], limits: tuple[int, int] | None = None
+) -> NDArray[Any]:
+    """Values as a contiguous array of this type; -1 in `shape` is any length.
+
+    Raises:
+        ValueError: they are not of this shape, of another kind, outside `limits` or not finite.
+    """
+    array = np.asarray(values)
+    wanted = tuple("any" if length < 0 else length for length in shape)
+    if array.ndim != len(shape) or any(length not in (-1, got) for length, got in zip(shape, array.shape, strict=True)):
+        raise ValueError(f"{name}: expected shape ({', '.join(map(str, wanted))}), got {array.shape}")
+    if array.dtype.kind not in ("iu" if limits else "iuf"):
+        raise ValueError(f"{name}: expected {np.dtype(dtype)}, got {array.dtype}")
+    if array.size and limits is not None:
+        low, high = int(array.min()), int(array.max())
+        if low < limits[0] or high > limits[1]:
+            raise ValueError(f"{name}: expected {limits[0]}..{limits[1]}, got {low}..{high}")
+    if limits is None and not np.isfinite(array).all():
+        raise ValueError(f"{name}: expected finite values, got {array[~np.isfinite(array)][0]}")
+    return np.ascontiguousarray(array, dtype)

@@ -95,19 +95,21 @@ class BatchEvaluator:
             succeeded[part] = self.task.succeeded(results).reshape(-1, len(trial))
         return Outcomes(fitness, succeeded)
 
-    def trace(self, genomes: Bits, noise: ArrayLike = 0) -> Results:
+    def trace(self, genomes: Bits, noise: ArrayLike = 0, trial: NDArray[np.int64] | None = None) -> Results:
         """Run all trials of a few genomes and keep every step of them, in the order of genomes, then trials.
 
         Args:
             genomes: bits, shape ``(g, L)``.
-            noise: keys, broadcast to shape ``(g, n_trials)``.
+            noise: keys, broadcast to shape ``(g, t)``.
+            trial: as for `evaluate`.
 
         Raises:
             TrialVoid: a trial ended without a result.
         """
+        trial = np.arange(self.task.n_trials) if trial is None else trial
         weights = self.phenotype.decode(genomes)
-        keys = np.broadcast_to(np.asarray(noise, np.uint64), (len(genomes), self.task.n_trials))
-        individual, trial = np.arange(len(genomes))[:, None], np.arange(self.task.n_trials)
+        keys = np.broadcast_to(np.asarray(noise, np.uint64), (len(genomes), len(trial)))
+        individual = np.arange(len(genomes))[:, None]
         results = self.robot.trace(self.task.trials(self.phenotype, weights, individual, trial, keys))
         results.must_count()
         return results

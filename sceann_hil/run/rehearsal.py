@@ -82,7 +82,7 @@ def rehearsal(
         ConfigError: there is no body that fits, or no firmware.
     """
     real = config.robot
-    simulated = body or real.simulated or _usual_body(config)
+    simulated = body or simulated_body(config)
     attended = real.spec.attended or simulated is real
     script = ("ready", "accept") if config.operator.confirm else ("ready",)
     operator = config.operator
@@ -100,12 +100,19 @@ def rehearsal(
         yield Rehearsal(checked, robot)
 
 
-def _usual_body(config: ExperimentConfig) -> RobotConfig:
+def simulated_body(config: ExperimentConfig) -> RobotConfig:
+    """The simulated robot of an experiment: its own, the body of its robot, or the task's usual one of its size.
+
+    Raises:
+        ConfigError: there is none.
+    """
+    if (known := config.robot.simulated) is not None:
+        return known
     kind = config.task.usual_robot
     if kind is None:
         raise ConfigError(
-            f"task {config.task.type}: there is no simulated body to rehearse with.",
-            "Name one: --body FILE with a robot section.",
+            f"task {config.task.type}: there is no simulated body to stand in for robot {config.robot.type}.",
+            "Name one: a file with a robot section (--body FILE), or with_changes(robot={...}).",
         )
     spec = config.robot.spec
     return registry.load(Group.ROBOTS, kind).model_validate(

@@ -90,13 +90,6 @@ class GoalReachConfig(TaskConfig):
         return GoalReach(self.max_steps, self.start_m, self.headings_deg, self.goal_by_operator)
 
     def check(self, robot: RobotConfig) -> None:
-        if robot.spec.start_fields != GoalReach.start_fields:
-            raise Misfit(
-                f"the task goal_reach puts a robot at x_m, y_m, heading_rad, but robot {robot.type} starts from "
-                f"{', '.join(robot.spec.start_fields)}",
-                "task.type",
-                "robot.type",
-            )
         scenery = robot.build().scenery
         if isinstance(scenery, ArenaScenery):
             for axis, value, length in zip("xy", self.start_m, scenery.arena_m, strict=True):

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from sceann_hil.plugins import Misfit, RobotConfig, TaskConfig
+from sceann_hil.plugins import TaskConfig
 from sceann_hil.robot import EndReason, Results
 from sceann_hil.robot.task import Task
 
@@ -60,12 +60,3 @@ class PoleBalancingConfig(TaskConfig):
 
     def build(self) -> PoleBalancing:
         return PoleBalancing(self.max_steps, self.start_angle_deg)
-
-    def check(self, robot: RobotConfig) -> None:
-        if robot.spec.start_fields != PoleBalancing.start_fields:
-            raise Misfit(
-                f"the task pole_balancing starts a cart and a pole, but robot {robot.type} starts from "
-                f"{', '.join(robot.spec.start_fields)}",
-                "task.type",
-                "robot.type",
-            )

@@ -43,5 +43,5 @@ def test_cart_sensors_are_called_by_what_they_measure() -> None:
 
 def test_unknown_robots_have_numbered_sensors_and_motors() -> None:
     run = run_with(None, NetworkSize(2, 1, 3))
-    assert run.sensor_names == ("s0", "s1")
-    assert run.motor_names == ("m0", "m1", "m2")
+    assert run.sensor_names == ("s1", "s2")
+    assert run.motor_names == ("m1", "m2", "m3")

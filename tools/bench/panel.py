@@ -61,14 +61,16 @@ def _press(virtual: VirtualPosix, robot: RemoteRobot, number: int, verb: Verb) -
             robot.run(_trials(number))
 
     with WebPanel(desk, "127.0.0.1", 0) as panel:
+        cookie = f"{panel.access.cookie}={panel.access.token}"
+        headers = {"Content-Type": "application/json", "Cookie": cookie}
         thread = threading.Thread(target=trial)
         thread.start()
         time.sleep(0.4)
-        connection = http.client.HTTPConnection(panel.url.removeprefix("http://").rstrip("/"))
+        connection = http.client.HTTPConnection("127.0.0.1", panel.port)
         connection.connect()
         virtual.driver_log.clear()
         pressed_s = time.perf_counter()
-        connection.request("POST", "/press", json.dumps({"verb": verb}), {"Content-Type": "application/json"})
+        connection.request("POST", "/press", json.dumps({"verb": verb}), headers)
         while not any(record.kind is RecordKind.SAFE for record in list(virtual.driver_log)):
             if time.perf_counter() - pressed_s > 5.0:
                 raise RuntimeError(f"{verb}: the motors were not safe after 5 s")

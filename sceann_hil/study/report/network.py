@@ -31,7 +31,7 @@ def draw_network(
         motors: a name for each motor neuron.
         path: without suffix.
     """
-    hidden = [f"h{k + 1}" for k in range(size.n_hidden)]
+    hidden = list(size.hidden_names)
     with drawing(17.0, 8.2) as figure:
         left, right = figure.subplots(1, 2, width_ratios=(1.45, 1.0))
         _draw_graph(left, weights, size, sensors, hidden, motors)

@@ -86,7 +86,7 @@ class Console(Operator):
 def choices(view: View) -> str:
     """The keys that mean something now."""
     verbs = [verb for verb in Verb if verb in view.accepts]
-    return "  ".join(f"[{KEY_NAMES[verb]}] {verb.value.replace('_', ' ')}" for verb in verbs)
+    return "  ".join(f"[{KEY_NAMES[verb]}] {verb.words}" for verb in verbs)
 
 
 def describe(view: View) -> str:

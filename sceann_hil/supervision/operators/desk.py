@@ -17,6 +17,7 @@ from functools import partial
 from sceann_hil.robot import EmergencyStop, EndReason
 from sceann_hil.supervision.operators.messages import Finished, Press, Receipt, Situation, Status, View
 from sceann_hil.supervision.operators.verbs import ACCEPTED, Phase, Verb
+from sceann_hil.supervision.operators.words import clean
 from sceann_hil.supervision.stopping import Stopped, StopReason
 
 POLL_S = 0.2
@@ -91,33 +92,34 @@ class Desk:
             by: who says it.
             question: number of the question that is answered, as the operator saw it; None if the operator cannot
                 have seen an older one.
-            text: words, for DISCARD and NOTE.
+            text: words, for DISCARD and NOTE, in whatever shape they arrived; what is kept of them is `clean`.
 
         Returns:
             Whether it was accepted. A refused press changes nothing.
         """
         end: Callable[[], object] | None = None
+        text = clean(text)
         with self._changed:
             self._seen_s = time.monotonic()
-            refusal = self._refusal(verb, question, text.strip())
+            refusal = self._refusal(verb, question, text)
             if refusal:
                 return Receipt(False, refusal)
             self._presses += 1
             waited_s = time.monotonic() - self._phase_since_s
-            press = Press(self._presses, verb, by, self._view.phase, text.strip(), waited_s)
+            press = Press(self._presses, verb, by, self._view.phase, text, waited_s)
             self._queue.append(press)
             end = self._take(press)
             self._view = replace(self._view, version=self._view.version + 1, last=press)
             self._changed.notify_all()
         if end is not None:
             end()
-        return Receipt(True, f"{verb.value.replace('_', ' ')}: taken")
+        return Receipt(True, f"{verb.words}: taken")
 
     def _refusal(self, verb: Verb, question: int | None, text: str) -> str:
-        view, name = self._view, verb.value.replace("_", " ")
+        view, name = self._view, verb.words
         if verb.is_answer and question is not None and question != view.question:
             last = self._answer
-            told = f"{last.by} said {last.verb.value}" if last is not None else "it is not asked"
+            told = f"{last.by} said {last.verb.words}" if last is not None else "it is not asked"
             return f"{name}: this question is not open any more: {told}"
         if verb not in view.accepts:
             return f"{name}: not possible now ({view.phase.value})"

@@ -59,6 +59,16 @@ class Verb(StrEnum):
     """Between trials: the robot has a full battery."""
 
     @property
+    def words(self) -> str:
+        """Its name for people: the same at the console, on the page and in the documentation."""
+        return self.value.replace("_", " ")
+
+    @property
+    def means(self) -> str:
+        """What it does, in a few words."""
+        return _MEANS[self]
+
+    @property
     def wants_text(self) -> bool:
         """Words must come with it."""
         return self in (Verb.DISCARD, Verb.NOTE)
@@ -68,6 +78,24 @@ class Verb(StrEnum):
         """It answers the question before or after a trial."""
         return self in ACCEPTED[Phase.BEFORE] - _EVER or self in ACCEPTED[Phase.AFTER] - _EVER
 
+
+_MEANS = {
+    Verb.READY: "it stands right, go",
+    Verb.SKIP: "comes again after the others",
+    Verb.ABORT: "end the run without this trial",
+    Verb.STOP: "void, comes again",
+    Verb.GOAL: "the goal is reached",
+    Verb.ACCEPT: "it counts",
+    Verb.REDO: "void, again at once",
+    Verb.DISCARD: "void, for a reason; comes again later",
+    Verb.NOTE: "words for the journal",
+    Verb.PAUSE_AFTER: "after this trial",
+    Verb.PAUSE_NOW: "a trial that runs is void",
+    Verb.RESUME: "go on",
+    Verb.FINISH: "end the run after this trial",
+    Verb.EMERGENCY_STOP: "by every means; ends the run",
+    Verb.BATTERY_SWAPPED: "the robot has a full one",
+}
 
 _EVER = frozenset({Verb.NOTE, Verb.PAUSE_AFTER, Verb.PAUSE_NOW, Verb.FINISH, Verb.EMERGENCY_STOP, Verb.BATTERY_SWAPPED})
 

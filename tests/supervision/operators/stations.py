@@ -135,19 +135,23 @@ def with_lines(run: Run) -> Iterator[Say]:
 def with_the_page(run: Run) -> Iterator[Say]:
     """The web panel over HTTP, as the page does it."""
     with WebPanel(run.desk, "127.0.0.1", 0) as panel:
-        host = panel.url.removeprefix("http://").rstrip("/")
 
         def say(verb: Verb) -> bool:
             question = run.desk.view().question if verb.is_answer else None
             body = {"verb": verb.value, "question": question, "text": "words"}
-            return post(host, body)[0] == 200
+            return post(panel, body, cookie_of(panel))[0] == 200
 
         yield say
 
 
-def post(host: str, body: object, headers: dict[str, str] | None = None) -> tuple[int, str]:
+def cookie_of(panel: WebPanel) -> dict[str, str]:
+    """The header of somebody who has opened the panel's link."""
+    return {"Cookie": f"{panel.access.cookie}={panel.access.token}"}
+
+
+def post(panel: WebPanel, body: object, headers: dict[str, str] | None = None) -> tuple[int, str]:
     """POST /press; status and text of the answer."""
-    connection = http.client.HTTPConnection(host, timeout=5)
+    connection = http.client.HTTPConnection("127.0.0.1", panel.port, timeout=20)
     connection.request("POST", "/press", json.dumps(body), {"Content-Type": "application/json", **(headers or {})})
     answer = connection.getresponse()
     text = answer.read().decode()

@@ -1,14 +1,20 @@
-"""Who may use the panel: everybody on this machine, and whoever has the link with the token."""
+"""Who may use the panel: whoever has the link that the run printed, on this machine too.
+
+The token is in the link only. The first request with it gets a cookie that no script can read and that no other site's
+page can make a browser send (``HttpOnly``, ``SameSite=Strict``), and is sent on to an address without it. The cookie's
+name holds the port, because browsers keep one set of cookies for all ports of a machine: two runs stay apart.
+"""
 
 from __future__ import annotations
 
 import hmac
 import secrets
 import socket
-from http.cookies import CookieError, SimpleCookie
 from ipaddress import ip_address
+from urllib.parse import urlsplit
 
-COOKIE = "sceann_token"
+TOKEN_BYTES = 12
+"""96 bits cannot be guessed over a network, and the QR code of the link still fits into a small terminal."""
 
 
 def is_local(host: str) -> bool:
@@ -23,49 +29,75 @@ def reachable_host(host: str) -> str:
     """An address by which other devices reach a server that listens on `host`."""
     if host not in ("", "0.0.0.0", "::"):
         return host
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+    # nothing is sent: this only asks which interface a packet would leave by
+    for family, somewhere in ((socket.AF_INET, "192.0.2.1"), (socket.AF_INET6, "2001:db8::1")):
+        if family is socket.AF_INET6 and host == "0.0.0.0":
+            continue
         try:
-            # nothing is sent: this only asks which interface a packet would leave by
-            probe.connect(("192.0.2.1", 9))
+            with socket.socket(family, socket.SOCK_DGRAM) as probe:
+                probe.connect((somewhere, 9))
+                return str(probe.getsockname()[0])
         except OSError:
-            return socket.gethostname()
-        return str(probe.getsockname()[0])
+            continue
+    return socket.gethostname()
+
+
+def in_a_link(host: str) -> str:
+    """An address as it is written in a link: IPv6 in brackets."""
+    return f"[{host}]" if ":" in host else host
 
 
 class Access:
     """Decides about requests.
 
     Attributes:
-        token: that other devices must have; empty if the panel is for this machine only.
+        token: that a link must have.
+        cookie: name of the cookie that holds the token afterwards.
 
     Args:
         host: address that the panel listens on.
+        port: its port.
     """
 
-    def __init__(self, host: str) -> None:
+    def __init__(self, host: str, port: int) -> None:
         self._local = is_local(host)
-        self.token = "" if self._local else secrets.token_urlsafe(16)
+        self._names = {host.lower(), "localhost"}
+        if not self._local:
+            name = socket.gethostname().lower()
+            self._names |= {name, name.partition(".")[0], f"{name.partition('.')[0]}.local"}
+        self.token = secrets.token_urlsafe(TOKEN_BYTES)
+        self.cookie = f"sceann_token_{port}"
 
-    def allows(self, host_header: str, cookie_header: str, query_token: str) -> bool:
-        """Whether a request may be answered.
+    def is_token(self, given: str) -> bool:
+        """Whether this is the token; how long it takes says nothing about it."""
+        return hmac.compare_digest(given.encode(errors="replace"), self.token.encode())
+
+    def is_our_host(self, header: str) -> bool:
+        """Whether a browser means this machine: by an address, or by a name that is its own.
+
+        A name of somebody else that resolves to this machine (DNS rebinding) is refused.
+        """
+        try:
+            name = (urlsplit(f"//{header}").hostname or "").removesuffix(".")
+        except ValueError:
+            return False
+        if name in self._names:
+            return True
+        try:
+            address = ip_address(name)
+        except ValueError:
+            return False
+        return address.is_loopback if self._local else True
+
+    @staticmethod
+    def is_our_page(origin: str | None, fetch_site: str | None, host_header: str) -> bool:
+        """Whether the page that sends a request, if a page does, is ours.
 
         Args:
-            host_header: what the browser thinks it talks to; a foreign name that resolves to this machine is refused.
-            cookie_header: its cookies.
-            query_token: token in the link.
+            origin: header ``Origin``; None where there is none, as from a program that is no browser.
+            fetch_site: header ``Sec-Fetch-Site``.
+            host_header: header ``Host``.
         """
-        if self._local:
-            name = host_header.rpartition(":")[0] if ":" in host_header.rpartition("]")[2] else host_header
-            return is_local(name.strip("[]"))
-        return self._is_token(query_token) or self._is_token(_cookie(cookie_header))
-
-    def _is_token(self, given: str) -> bool:
-        return hmac.compare_digest(given.encode(), self.token.encode())
-
-
-def _cookie(header: str) -> str:
-    try:
-        cookies = SimpleCookie(header)
-    except CookieError:
-        return ""
-    return cookies[COOKIE].value if COOKIE in cookies else ""
+        if fetch_site is not None and fetch_site not in ("same-origin", "none"):
+            return False
+        return origin is None or origin.lower() == f"http://{host_header.lower()}"

@@ -1,0 +1,140 @@
+"""A simulated body: what `engine` runs by the thousand and `stepwise` moves one tick at a time."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable
+from types import FunctionType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from backends.simulation.gap import FIRST_SENSOR_CHANNEL, Gap
+from sceann_hil.network.compiled import as_part, compiled, make_current
+from sceann_hil.network.fingerprint import fingerprint
+from sceann_hil.robot import Robot
+
+Float32Array = NDArray[np.float32]
+Sense = Callable[[Float32Array, Float32Array, Float32Array, Float32Array], None]
+Advance = Callable[[Float32Array, Float32Array, Float32Array, NDArray[np.int32], Float32Array, Float32Array], None]
+
+_bound: dict[tuple[Callable[..., None], str], Callable[..., None]] = {}
+
+
+class SimulatedBody(Robot):
+    """A robot whose body is two functions over lanes (see `backends.simulation.lanes`) and some parameters.
+
+    Args:
+        gap: the body's imperfections.
+    """
+
+    sense: Sense
+    advance: Advance
+    n_noise: int = 0
+    """Normal deviates that `advance` wants per step, at most 16."""
+    neutral_motor: float = 0.0
+    """The motor value at which nothing moves."""
+
+    def __init__(self, gap: Gap = Gap()) -> None:  # noqa: B008
+        self.gap = gap
+
+    @property
+    @abstractmethod
+    def parameters(self) -> Float32Array:
+        """The body's parameters as its two functions expect them."""
+
+    def initial_states(self, starts: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Body states at the start of trials.
+
+        A state takes the start value of its own name, and is 0 if there is none. A body whose start values mean
+        something else computes its states here.
+
+        Args:
+            starts: in the order of ``spec.start_fields``, shape ``(n, n_start)``.
+
+        Returns:
+            In the order of ``spec.state_fields``, shape ``(n, n_state)``.
+
+        Raises:
+            ValueError: a start value is no state, so it would have no effect.
+        """
+        spec = self.spec
+        lost = [field for field in spec.start_fields if field not in spec.state_fields]
+        if lost:
+            raise ValueError(
+                f"start_fields: {spec.name} starts from {', '.join(lost)}, which is none of its states "
+                f"{', '.join(spec.state_fields)}; expected a method initial_states that says what follows from it"
+            )
+        states = np.zeros((len(starts), len(spec.state_fields)))
+        for column, field in enumerate(spec.start_fields):
+            states[:, spec.state_fields.index(field)] = starts[:, column]
+        return states
+
+    def body_fingerprint(self) -> str:
+        spec, fixed = self.spec, (self.n_noise, self.neutral_motor)
+        return fingerprint(
+            type(self).sense,
+            type(self).advance,
+            type(self).initial_states,
+            fixed,
+            self.parameters,
+            (spec.tick_s, spec.start_fields, spec.state_fields),
+        )
+
+    def checked_states(self, starts: NDArray[np.float64]) -> Float32Array:
+        """`initial_states` as compiled code may have them.
+
+        Raises:
+            ValueError: the body and these starts do not go together.
+        """
+        spec, name = self.spec, self.spec.name
+        if starts.shape[1:] != (len(spec.start_fields),):
+            raise ValueError(
+                f"starts: {name} starts from {len(spec.start_fields)} values ({', '.join(spec.start_fields)}), "
+                f"got {starts.shape[1]}"
+            )
+        states = np.asarray(self.initial_states(starts))
+        expected = (len(starts), len(spec.state_fields))
+        if states.shape != expected:
+            raise ValueError(f"initial_states of {name}: expected shape {expected}, got {states.shape}")
+        return np.ascontiguousarray(states, np.float32)
+
+    def checked_parameters(self) -> Float32Array:
+        """`parameters` as compiled code may have them.
+
+        Raises:
+            ValueError: what is wrong about the body.
+        """
+        parameters, name = np.asarray(self.parameters), self.spec.name
+        if parameters.dtype != np.float32 or parameters.ndim != 1 or not np.isfinite(parameters).all():
+            raise ValueError(
+                f"parameters of {name}: expected finite float32 values in one row, got {parameters.dtype} of shape "
+                f"{parameters.shape}"
+            )
+        if not 0 <= self.n_noise <= FIRST_SENSOR_CHANNEL:
+            raise ValueError(f"n_noise of {name}: expected 0..{FIRST_SENSOR_CHANNEL}, got {self.n_noise}")
+        return np.ascontiguousarray(parameters)
+
+    def bind(self, loop: Callable[..., None], **parts: Callable[..., Any]) -> Callable[..., None]:
+        """A loop's machine code for this body.
+
+        The loop's byte code gets a globals dictionary of its own, in which ``sense``, ``advance`` and `parts` are what
+        the loop calls by these names: unlike a closure, that lets the machine code be kept on disk.
+
+        Args:
+            loop: a function of a module that calls them.
+            parts: other functions that the loop calls.
+        """
+        body: dict[str, Callable[..., Any]] = {
+            "sense": as_part(type(self).sense),
+            "advance": as_part(type(self).advance),
+            **parts,
+        }
+        key = loop, fingerprint(*body.values())
+        if key not in _bound:
+            make_current(*body.values())
+            code, scope = getattr(loop, "__code__"), getattr(loop, "__globals__")  # noqa: B009 - a Callable has none
+            own = FunctionType(code, {**scope, **body}, loop.__name__)
+            _bound[key] = compiled(own)
+        return _bound[key]
