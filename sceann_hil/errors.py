@@ -333,6 +333,8 @@ def database_error(error: sqlite3.Error, path: Path | None = None, what: str = "
         return CannotWrite(f"{place} cannot be written to: {error}.", "Change its permissions, or work on a copy.")
     if primary == sqlite3.SQLITE_CANTOPEN:
         return CannotRead(f"{place} cannot be opened: {error}.", "Are the folder and the file there, and readable?")
+    if primary == sqlite3.SQLITE_NOTADB:
+        return RunIsDamaged(f"{place} cannot be read: {error}.", _BACKUP)
     return RunIsDamaged(f"{place} is damaged: {error}.", way_out_of_damage(path, what))
 
 

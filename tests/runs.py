@@ -11,6 +11,8 @@ import numpy as np
 
 from sceann_hil.config import ExperimentConfig, parse_config
 from sceann_hil.journal import JOURNAL_NAME
+from sceann_hil.journal.insertion import rewrite_digests, update_checksums
+from sceann_hil.journal.schema import COLUMNS
 from sceann_hil.run.experiment import Experiment, Outcome
 
 POLE = """
@@ -43,6 +45,17 @@ def resume(directory: Path) -> Outcome:
     """The rest of a run."""
     with Experiment.open(directory) as experiment, experiment.config.robot.build() as robot:
         return experiment.evolve(robot)
+
+
+def falsify(directory: Path, statement: str) -> None:
+    """Change a journal behind its back, checksums and all: what only a replay can find out."""
+    db = sqlite3.connect(directory / JOURNAL_NAME)
+    db.execute(statement)
+    for table in COLUMNS:
+        update_checksums(db, table)
+    rewrite_digests(db, since_generation=0)
+    db.commit()
+    db.close()
 
 
 CONTENTS = {

@@ -21,7 +21,7 @@ from sceann_hil.errors import NotARun, RunIsDamaged, RunIsNewer, database_error,
 from sceann_hil.journal.lock import who_has_locked
 from sceann_hil.journal.seal import Seal
 
-_MOST_PLAUSIBLE_SCHEMA = 1000
+_MOST_PLAUSIBLE_SCHEMA = 100_000
 _SECONDS_BEFORE_A_WORD = 2.0
 _SECONDS_BETWEEN_LOOKS = 0.25
 _BACKUP = "Restore it from a backup, or read on in docs/journal.md (Damage)."

@@ -90,6 +90,11 @@ class JournalReader:
                 schema1.read_as_today(self._db)
 
     @property
+    def database(self) -> sqlite3.Connection:
+        """The connection, for questions that no method asks."""
+        return self._db
+
+    @property
     def schema_version(self) -> int:
         """Of the file."""
         return self._schema

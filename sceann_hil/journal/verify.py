@@ -68,7 +68,7 @@ def examine(directory: Path) -> Verdict:
             reader = JournalReader(directory, checked=False)
         except RunIsDamaged:
             return Verdict(tuple(damage))
-        reader = JournalReader(directory, reader._db)  # rows are compared all the same
+        reader = JournalReader(directory, reader.database)  # rows are compared all the same
     try:
         damage += _complaints_of_sqlite(reader)
         if reader.schema_version < SCHEMA_VERSION:
@@ -124,7 +124,7 @@ def _complaints_of_sqlite(reader: JournalReader) -> Iterator[str]:
     ):
         try:
             with understood(reader.path):
-                for row in reader._db.execute(question).fetchall():
+                for row in reader.database.execute(question).fetchall():
                     if row[0] != "ok":
                         yield f"{reader.path} is damaged: {meaning}: {', '.join(map(str, row))}"
         except RunIsDamaged as error:
@@ -150,7 +150,7 @@ def _generations(reader: JournalReader) -> Iterator[tuple[int, list[str], bool]]
     try:
         with understood(reader.path):
             question = "SELECT number, finished_at, last_attempt FROM generation ORDER BY number"
-            rows = reader._db.execute(question).fetchall()
+            rows = reader.database.execute(question).fetchall()
             averaged = _fitness_is_a_mean(reader)
     except UserError as error:
         yield 0, [error.message], False
@@ -177,11 +177,11 @@ def _generation(
         reader.measured(row[0])
     _understand(reader, attempts)
     with understood(reader.path):
-        known, digest = reader._db.execute(
+        known, digest = reader.database.execute(
             "SELECT begun_digest, digest FROM generation WHERE number = ?", (number,)
         ).fetchone()
-        begun = begun_digest(reader._db, number, digest_before(reader._db, number))
-        if begun != known or (finished_at is not None and finished_digest(reader._db, number, begun) != digest):
+        begun = begun_digest(reader.database, number, digest_before(reader.database, number))
+        if begun != known or (finished_at is not None and finished_digest(reader.database, number, begun) != digest):
             raise reader.damaged(f"rows of generation {number} are missing, too many, or of another run")
     if finished_at is not None and averaged:
         _compare_fitness(reader, number, individuals, attempts)

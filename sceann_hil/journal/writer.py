@@ -11,6 +11,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from sceann_hil.errors import OtherVersions
 from sceann_hil.journal import schema1
 from sceann_hil.journal.attempts import final_state_texts
 from sceann_hil.journal.checksums import Column, row_checksums
@@ -34,7 +35,7 @@ from sceann_hil.journal.transactions import Transactions
 from sceann_hil.journal.verify import require_sound
 from sceann_hil.network.coding import Bits
 from sceann_hil.robot import EndReason, Results
-from sceann_hil.versions import running_versions
+from sceann_hil.versions import running_versions, version_differences
 
 _INTENT = columns_of("attempt")[:12]
 _NOT_YET: tuple[Column, ...] = (None,) * (len(columns_of("attempt")) - len(_INTENT))
@@ -47,7 +48,10 @@ class Journal:
 
     Attributes:
         reader: the reading side, over the same connection.
+        accept_other_versions: a session may run on other versions, or another body, than the one before.
     """
+
+    accept_other_versions = False
 
     def __init__(self, directory: Path) -> None:
         """Open an existing journal, once nothing in it is damaged; one of schema 1 is brought up to date.
@@ -271,12 +275,17 @@ class Journal:
             limits: budgets in force.
             versions: what it runs on; by default what this process runs on.
             body: fingerprint of the simulated body's code; None where there is none.
+
+        Raises:
+            OtherVersions: the session before ran on others, and nobody has set `accept_other_versions`.
         """
         self._session_began_s = time.monotonic()
+        versions = versions or running_versions()
+        self._compare_versions(versions, body)
         with self._transaction:
             row = (
                 *(1 + self.reader.one("SELECT coalesce(max(id), 0) FROM session")[0], now_text(), robot, operators),
-                *(json.dumps(limits), 0.0, 0.0, 0, 0, 0.0, 0.0, json.dumps(versions or running_versions()), body),
+                *(json.dumps(limits), 0.0, 0.0, 0, 0, 0.0, 0.0, json.dumps(versions), body),
             )
             insert_row(self._db, "session", row)
         self._session = dict(zip(columns_of("session"), row, strict=True))
@@ -315,6 +324,25 @@ class Journal:
         self._transaction.close()
 
     # -- details ----------------------------------------------------------------------------------------------------
+
+    def _compare_versions(self, versions: dict[str, str], body: str | None) -> None:
+        sessions = self.reader.sessions()
+        before = sessions[-1] if sessions else None
+        if before is None:
+            return
+        others = version_differences(before.versions, versions)
+        if None not in (before.body, body) and before.body != body:
+            others.append(f"simulated body: its code was {before.body} before, is {body} now")
+        if not others:
+            return
+        if not self.accept_other_versions:
+            raise OtherVersions(
+                f"{self.reader.directory} would go on with other versions than those of its session {before.id}: "
+                f"{'; '.join(others)}.",
+                "Go on with the versions of before, or give --accept-versions: then the journal says from which "
+                "session on they are others.",
+            )
+        self.note("versions", f"session {before.id + 1} runs on others than session {before.id}: {'; '.join(others)}")
 
     def _start_ids(self, starts: NDArray[np.float64]) -> list[int]:
         raw, width = np.ascontiguousarray(starts, np.float64).tobytes(), 8 * starts.shape[1]
