@@ -59,7 +59,9 @@ class ExitCode(IntEnum):
     FIRMWARE_BUILD = 51, "The firmware or a header could not be built for this controller or board."
     FLASH = 52, "The upload failed, or the board does not answer with the firmware that was sent."
     VERIFY_DIFFERS = 53, "The board did not compute what the reference computes."
+    HUNG_UP = 129, "The terminal was closed (SIGHUP): the robot was stopped first; the run can be resumed."
     INTERRUPTED_NOW = 130, "Stopped at once, as asked (Ctrl-C twice); the run can be resumed."
+    TERMINATED = 143, "The system asked for the end (SIGTERM): the robot was stopped first; the run can be resumed."
 
 
 class UserError(Exception):

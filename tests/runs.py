@@ -13,7 +13,12 @@ from sceann_hil.config import ExperimentConfig, parse_config
 from sceann_hil.journal import JOURNAL_NAME
 from sceann_hil.journal.insertion import rewrite_digests, update_checksums
 from sceann_hil.journal.schema import COLUMNS
+from sceann_hil.network.coding import Bits, genome_to_hex
+from sceann_hil.robot import Robot
 from sceann_hil.run.experiment import Experiment, Outcome
+from sceann_hil.run.measuring import Measurement, measuring
+from sceann_hil.run.session import Presence
+from sceann_hil.supervision.operators import Desk
 
 POLE = """
 task: {type: pole_balancing, max_steps: 300}
@@ -56,6 +61,18 @@ def falsify(directory: Path, statement: str) -> None:
     rewrite_digests(db, since_generation=0)
     db.commit()
     db.close()
+
+
+def measure_on(
+    directory: Path, config: ExperimentConfig, robot: Robot, genomes: Bits, repeats: int = 1, desk: Desk | None = None
+) -> Measurement:
+    """Genomes on a connected robot, in the journal of a run that has not begun."""
+    exists = directory.exists()
+    with Experiment.open(directory) if exists else Experiment.create(config, directory) as experiment:
+        n_trials = len(genomes) * repeats * config.task.build().n_trials
+        plan: dict[str, object] = {"genomes": [genome_to_hex(bits) for bits in genomes], "repeats": repeats}
+        with measuring(experiment.journal, config, robot, "test", plan, n_trials, Presence(desk)) as ask:
+            return ask.run_all(genomes, repeats)
 
 
 CONTENTS = {

@@ -17,7 +17,8 @@ from backends.simulation.body import SimulatedBody
 from sceann_hil import registry
 from sceann_hil.errors import PluginError
 from sceann_hil.firmware.build import Board
-from sceann_hil.link.vocabulary import MAX_MOTORS, MAX_SENSORS, Mode
+from sceann_hil.link.numbers import MAX_MOTORS, MAX_SENSORS
+from sceann_hil.link.vocabulary import Mode
 from sceann_hil.plugins import Misfit, RobotConfig, Section
 from sceann_hil.registry import Group
 from sceann_hil.robot import EndReason, RobotSpec

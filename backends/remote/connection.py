@@ -17,6 +17,8 @@ from sceann_hil.robot import EmergencyStop, EndReason, LinkError, RobotFault, Ro
 OPENING_S = 0.2
 """Pause between two tries to open a port that is gone."""
 
+SEEK_S = 1.0
+"""How long one look for a lost robot takes."""
 STATE_S = 0.5
 """How long to listen for a found robot's state; it tells it every 100 ms."""
 
@@ -128,6 +130,16 @@ class Connection:
                 if time.monotonic() >= deadline:
                     raise
                 time.sleep(OPENING_S)
+
+    def seek(self) -> None:
+        """Look once whether the robot is there again; never raises. Its network and state are in doubt then."""
+        self._loaded, self.in_doubt = None, False
+        self.close()
+        try:
+            self._link = RobotLink(self._open_bus(), self._settings.node)
+            self.descriptor = self._link.hello(SEEK_S)
+        except (LinkError, can.CanError, OSError):
+            self.close()
 
     def _check_descriptor(self) -> None:
         robot, spec, mode = self.descriptor, self._spec, self._settings.mode

@@ -5,43 +5,64 @@ from __future__ import annotations
 import secrets
 import time
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
-from serial.tools import list_ports
 
 from sceann_hil.link.descriptor import Capability, Descriptor
-from sceann_hil.link.messages import LinkEnd, pack_drive, start_arguments, unpack_sensors
-from sceann_hil.link.session import NoAnswer, Refused, RobotLink
+from sceann_hil.link.messages import LinkEnd, arm_arguments, pack_drive, start_arguments, unpack_sensors
+from sceann_hil.link.numbers import HOST_DEADLINE_S
+from sceann_hil.link.ports import serial_ports
+from sceann_hil.link.session import NoAnswer, Refused, RobotLink, TwoRobots
 from sceann_hil.link.statistics import LinkStatistics
 from sceann_hil.link.trial import Order, begin
 from sceann_hil.link.upload import upload
 from sceann_hil.link.vocabulary import Function, Mode, Op, State, Status, Telemetry
 from sceann_hil.network.coding import NetworkSize
 from sceann_hil.network.controller import ONE, SENSOR_MAX, Dynamics
-from sceann_hil.robot import LinkError, RobotError
+from sceann_hil.robot import Health, LinkError, RobotError
 from sceann_hil.robot.diagnosis import Finding, Verdict
 from sceann_hil.robot.durations import Durations
-
-if TYPE_CHECKING:
-    from backends.remote.robot import RemoteRobot
 
 PROBES = 200
 _HOPELESS = 10
 """Requests without any answer after which probing the line further tells nothing more."""
 SLOW_S = 0.008
-DEADLINE_S = 0.3
-LATEST_S = 0.35
+LATEST_S = HOST_DEADLINE_S + 0.05
 MOTOR_S = 0.5
 _MOTOR_PART = 0.3
 """How far from rest a motor is driven in the check."""
 
 
-def examine(robot: RemoteRobot, mode: Mode, *, may_move: bool) -> Iterator[Finding]:
+class Examined(Protocol):
+    """A robot on a line, as far as the doctor is concerned."""
+
+    @property
+    def descriptor(self) -> Descriptor | None:
+        """What it says that it is; None before `connect`."""
+
+    @property
+    def link(self) -> RobotLink:
+        """The open link."""
+
+    def connect(self) -> None:
+        """Reach it and check that it is the right one."""
+
+    def disconnect(self) -> None:
+        """Stop it and hang up."""
+
+    def health(self) -> Health:
+        """What it complains of."""
+
+
+def examine(robot: Examined, mode: Mode, *, may_move: bool) -> Iterator[Finding]:
     """All checks, until one fails that makes the others pointless."""
     yield _ports()
     try:
         robot.connect()
+    except TwoRobots as error:
+        yield Finding("handshake", Verdict.BAD, str(error), "Switch all but one of them off and run the doctor again.")
+        return
     except RobotError as error:
         yield Finding("handshake", Verdict.BAD, str(error), "Check power, cable, port, baud rate and node number.")
         return
@@ -69,7 +90,7 @@ def examine(robot: RemoteRobot, mode: Mode, *, may_move: bool) -> Iterator[Findi
         robot.disconnect()
 
 
-def _refusal(refused: Refused, robot: RemoteRobot) -> Finding:
+def _refusal(refused: Refused, robot: Examined) -> Finding:
     if refused.status is not Status.ALARM:
         return Finding("link", Verdict.BAD, str(refused), "Run the doctor again with the robot switched off and on.")
     told = ", ".join(robot.health().messages)
@@ -83,7 +104,7 @@ def _refusal(refused: Refused, robot: RemoteRobot) -> Finding:
 
 
 def _ports() -> Finding:
-    ports = sorted(list_ports.comports(include_links=True), key=lambda port: port.device)
+    ports = sorted(serial_ports(include_links=True), key=lambda port: port.device)
     stable = [port for port in ports if "/by-id/" in port.device or "/by-path/" in port.device]
     lines = [f"{port.device}  {port.description}" for port in (stable or ports)]
     if not lines:
@@ -98,7 +119,7 @@ def _handshake(robot: Descriptor) -> Finding:
     return Finding(
         "handshake",
         Verdict.GOOD,
-        f"{robot.name}, id {robot.unique_id:014x}, firmware {major}.{minor}.{patch}\n"
+        f"{robot.name}, node {robot.node}, id {robot.unique_id:014x}, firmware {major}.{minor}.{patch}\n"
         f"link version {robot.link_version}, arithmetic {robot.arithmetic_id:08x}\n"
         f"{robot.n_sensors} sensors, {robot.n_motors} motors; networks of up to {robot.max_sources} sources\n"
         f"control step {robot.tick_min_s * 1e3:g}..{robot.tick_max_s * 1e3:g} ms; {can}",
@@ -178,7 +199,7 @@ def _watchdog(link: RobotLink, robot: Descriptor) -> Finding:
     return Finding(
         name,
         Verdict.GOOD if stopped else Verdict.BAD,
-        f"heartbeat stopped; the robot was safe after {took_s * 1e3:.0f} ms (deadline {DEADLINE_S * 1e3:.0f} ms)",
+        f"heartbeat stopped; the robot was safe after {took_s * 1e3:.0f} ms (deadline {HOST_DEADLINE_S * 1e3:.0f} ms)",
         "" if stopped else "Do not run this robot: its firmware does not stop when the host dies.",
     )
 
@@ -188,8 +209,8 @@ def _read_sensors(link: RobotLink, ticks: int) -> list[tuple[int, ...]]:
     rows: list[tuple[int, ...]] = []
     for _ in range(ticks):
         order = Order(_trial_id(), 1, 0.02, 1, 1)
-        link.request(Op.ARM)
-        arguments = start_arguments(order.trial_id, 1, order.tick_s, Mode.TETHERED, Telemetry.NONE)
+        link.request(Op.ARM, arm_arguments(order.tick_s))
+        arguments = start_arguments(order.trial_id, 1, Mode.TETHERED, Telemetry.NONE)
         heard: list[tuple[int, ...]] = []
         pages: dict[int, tuple[int, ...]] = {}
 
@@ -256,7 +277,7 @@ def _motors(link: RobotLink, robot: Descriptor) -> Finding:
                     link.receive(0.01)
                     if tick[0] > answered:
                         answered = tick[0]
-                        link.send(Function.DRIVE_IN, pack_drive(answered, 0, values))
+                        link.send(Function.DRIVE_IN, pack_drive(answered, link.session, values))
                     stopped = link.last_end is not None or link.state is State.SAFE
                     if stopped:
                         safe_s = time.monotonic() - silent_s

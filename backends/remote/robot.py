@@ -23,7 +23,7 @@ from sceann_hil.link.session import Refused, RobotLink
 from sceann_hil.link.statistics import lateness_s
 from sceann_hil.link.tethered import run_tethered
 from sceann_hil.link.trial import Follower, Order, TrialLost, Watch
-from sceann_hil.link.vocabulary import Mode, State, Status
+from sceann_hil.link.vocabulary import Mode, Op, State, Status
 from sceann_hil.network.controller import Controller
 from sceann_hil.network.recompute import recompute
 from sceann_hil.robot import (
@@ -40,6 +40,11 @@ from sceann_hil.robot import (
 from sceann_hil.robot.diagnosis import Finding
 from sceann_hil.robot.durations import Durations
 from sceann_hil.robot.scenery import Scenery
+
+PROBES = 20
+"""Requests that say how good a line is while no trial runs."""
+LEAST_MESSAGES = 20
+"""Of a trial, before they say how good its line is."""
 
 
 class RemoteRobot(Robot):
@@ -72,6 +77,7 @@ class RemoteRobot(Robot):
         self._complaint = ""
         self._interrupted: EndReason | None = None
         self._link_quality: float | None = None
+        self._counted_before: tuple[int, int] | None = None
 
     @property
     def spec(self) -> RobotSpec:
@@ -107,6 +113,7 @@ class RemoteRobot(Robot):
             self._body.robot.connect()
             self._body.prepare()
         self._connection.open()
+        self._link_quality = _quality((0, 0), _counted(self.link))
 
     def disconnect(self) -> None:
         self.make_safe("disconnect")
@@ -151,7 +158,28 @@ class RemoteRobot(Robot):
             fraction = min(1.0, max(0.0, (volts - limits[0]) / (limits[1] - limits[0])))
         told = (f"battery {volts:.2f} V",) if link.battery_mv else ()
         ok = link.state not in (State.SAFE, State.ESTOP)
-        return Health(ok, fraction, (*self._complaints(), *told), link_quality=self._link_quality)
+        return Health(ok, fraction, (*self._complaints(), *told), link_quality=self._quality_now())
+
+    def _quality_now(self) -> float | None:
+        """Of the trial that runs, once it has had enough messages to say; else as it was before it."""
+        link, before = self._connection.link, self._counted_before
+        if link is None or before is None or _counted(link)[0] - before[0] < LEAST_MESSAGES:
+            return self._link_quality
+        return _quality(before, _counted(link))
+
+    def probe(self) -> None:
+        """Try the line with requests that move nothing; look for the robot anew if it does not answer."""
+        link = self._connection.link
+        try:
+            if link is None:
+                raise LinkError("not connected")
+            before = _counted(link)
+            for _ in range(PROBES):
+                link.request(Op.STOP, tries=2)
+            self._link_quality = _quality(before, _counted(link))
+        except LinkError:
+            self._link_quality = 0.0
+            self._connection.seek()
 
     def _complaints(self) -> tuple[str, ...]:
         return (self._complaint,) if self._complaint else ()
@@ -188,20 +216,19 @@ class RemoteRobot(Robot):
             return self._called_off()
         if self._observer is not None:
             self._observer.begin(int(trials.ids[0]))
-        before = _counted(self.link)
+        self._counted_before = _counted(self.link)
         try:
-            results = self._attempt(trials)
-            self._link_quality = _quality(before, _counted(self.link))
-            return results
+            return self._attempt(trials)
         except LinkError as error:
             self._complaint = str(error)
             self._connection.in_doubt = True
             self.make_safe(str(error))
-            return Results.void(1, EndReason.LINK_LOST, len(spec.state_fields))
+            return Results.void(1, EndReason.LINK_LOST, len(spec.state_fields), str(error))
         except BaseException:
             self.make_safe("the host gives up")
             raise
         finally:
+            self._link_quality, self._counted_before = self._quality_now(), None
             if self._observer is not None:
                 self._observer.end()
             self._clear_interrupt()
@@ -262,7 +289,7 @@ class RemoteRobot(Robot):
             reason = self._interrupted
         if reason.is_void:
             self._complaint = f"the robot ended the trial: {reason}"
-            return Results.void(1, reason, len(self._spec.state_fields))
+            return Results.void(1, reason, len(self._spec.state_fields), self._complaint)
         missing = follower.missing(ticks)
         if missing:
             self.link.statistics.lost_ticks += missing

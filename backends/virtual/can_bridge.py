@@ -9,6 +9,7 @@ import threading
 import can
 
 from sceann_hil.link.framing import Deframer, encode_frame
+from sceann_hil.link.line import is_ours
 
 
 class CanBridge:
@@ -43,7 +44,7 @@ class CanBridge:
     def _to_board(self) -> None:
         while not self._closing.is_set():
             message = self._bus.recv(0.05)
-            if message is not None and not message.is_extended_id and not message.is_error_frame:
+            if message is not None and is_ours(message):
                 self._board.sendall(encode_frame(message.arbitration_id, bytes(message.data)))
 
     def close(self) -> None:

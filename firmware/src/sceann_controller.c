@@ -2,6 +2,7 @@
 
 #include "sceann_crc.h"
 #include "sceann_table.h"
+#include "sceann_wire.h"
 
 enum { CODING_SCEANN1 = 1, CODING_SCEANN2 = 2, CODING_SCEANN3 = 3 };
 
@@ -20,14 +21,9 @@ static const uint16_t sigmoid_table[NODES] SCEANN_TABLE = {
     1023, 1023, 1023, 1023, 1023, 1023, 1023, 1023, 1024, 1024, 1024, 1024, 1024
 };
 
-static uint16_t get16(const uint8_t *p)
-{
-    return (uint16_t)(p[0] | (uint16_t)((uint16_t)p[1] << 8));
-}
-
 /* ---- networks --------------------------------------------------------------------------------------------------- */
 
-static uint16_t genome_bits(const uint8_t *record)
+uint16_t sceann_genome_bits(const uint8_t *record)
 {
     const uint16_t neurons = (uint16_t)(record[AT_HIDDEN] + record[AT_MOTORS]);
     const uint16_t sources = (uint16_t)(record[AT_SENSORS] + neurons);
@@ -46,19 +42,19 @@ sceann_genome_result sceann_genome_check(const uint8_t *record)
     const uint16_t sources = (uint16_t)(record[AT_SENSORS] + record[AT_HIDDEN] + record[AT_MOTORS]);
     if (record[AT_CODING] < CODING_SCEANN1 || record[AT_CODING] > CODING_SCEANN3 || record[AT_NEURON] > 1u ||
         record[AT_SENSORS] == 0u || record[AT_MOTORS] == 0u ||
-        get16(&record[AT_INITIAL_OUTPUT]) > (uint16_t)SCEANN_ONE) {
+        sceann_get16(&record[AT_INITIAL_OUTPUT]) > (uint16_t)SCEANN_ONE) {
         return SCEANN_GENOME_BAD;
     }
     if (record[AT_SENSORS] > SCEANN_MAX_SENSORS || record[AT_MOTORS] > SCEANN_MAX_MOTORS ||
         sources > SCEANN_MAX_SOURCES) {
         return SCEANN_GENOME_TOO_LARGE;
     }
-    return get16(&record[AT_BITS]) == genome_bits(record) ? SCEANN_GENOME_OK : SCEANN_GENOME_BAD;
+    return sceann_get16(&record[AT_BITS]) == sceann_genome_bits(record) ? SCEANN_GENOME_OK : SCEANN_GENOME_BAD;
 }
 
 uint16_t sceann_genome_record_size(const uint8_t *record)
 {
-    return (uint16_t)(SCEANN_RECORD_HEADER + (get16(&record[AT_BITS]) + 7u) / 8u);
+    return (uint16_t)(SCEANN_RECORD_HEADER + (sceann_get16(&record[AT_BITS]) + 7u) / 8u);
 }
 
 static bool bit_at(const uint8_t *genome, uint16_t k)
@@ -77,7 +73,7 @@ void sceann_controller_decode(sceann_controller *c, const uint8_t *record)
     c->n_neurons = (uint8_t)(c->n_hidden + c->n_motors);
     c->n_sources = (uint8_t)(c->n_sensors + c->n_neurons);
     c->memoryless = record[AT_NEURON] != 0u;
-    c->initial_output = (int16_t)get16(&record[AT_INITIAL_OUTPUT]);
+    c->initial_output = (int16_t)sceann_get16(&record[AT_INITIAL_OUTPUT]);
 
     uint16_t block = 0;                /* first bit of the neuron's block */
     for (uint8_t i = 0; i < c->n_neurons; i++) {

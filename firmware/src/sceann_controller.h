@@ -8,6 +8,8 @@
 #ifndef SCEANN_CONTROLLER_H
 #define SCEANN_CONTROLLER_H
 
+#include "sceann_numbers.h"
+
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -25,8 +27,6 @@ extern "C" {
 #error "SCEANN_MAX_SOURCES: the sums of more than 23 sources do not fit 16 bits"
 #endif
 #define SCEANN_MAX_NEURONS (SCEANN_MAX_SOURCES - 1u)
-#define SCEANN_MAX_SENSORS 12u
-#define SCEANN_MAX_MOTORS 3u
 
 #define SCEANN_RECORD_HEADER 9u
 #define SCEANN_MAX_GENOME_BYTES ((2u * SCEANN_MAX_SOURCES * SCEANN_MAX_NEURONS + 7u) / 8u)
@@ -59,6 +59,9 @@ typedef struct {
 
 /* Checks the header (SCEANN_RECORD_HEADER bytes) without looking at the genome. */
 sceann_genome_result sceann_genome_check(const uint8_t *record);
+
+/* Bits of the genome that coding and sizes in a header ask for. */
+uint16_t sceann_genome_bits(const uint8_t *record);
 
 /* Bytes of the whole record that a checked header announces. */
 uint16_t sceann_genome_record_size(const uint8_t *record);

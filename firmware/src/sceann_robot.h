@@ -16,27 +16,13 @@
 
 #include "sceann_controller.h"
 #include "sceann_frame.h"
+#include "sceann_numbers.h"
 #include "sceann_port.h"
 #include "sceann_store.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/* ---- versions ---------------------------------------------------------------------------------------------------- */
-
-#define SCEANN_FIRMWARE_MAJOR 0u
-#define SCEANN_FIRMWARE_MINOR 1u
-#define SCEANN_FIRMWARE_PATCH 0u
-#define SCEANN_LINK_VERSION 1u
-
-/* ---- times -------------------------------------------------------------------------------------------------------- */
-
-#define SCEANN_HOST_DEADLINE_US 300000u    /* no heartbeat for so long while ARMED or RUNNING: SAFE */
-#define SCEANN_SESSION_US 1000000u         /* a silent host keeps its robot for so long */
-#define SCEANN_HEARTBEAT_US 100000u
-#define SCEANN_AUTORUN_US 3000000u         /* after boot without a host */
-#define SCEANN_OVERRUN_LIMIT 3u            /* overruns in a row that end a trial */
 
 /* ---- states ------------------------------------------------------------------------------------------------------- */
 
@@ -52,10 +38,10 @@ typedef enum {
 
 typedef enum { SCEANN_ONBOARD, SCEANN_TETHERED, SCEANN_HIL } sceann_mode;
 
-/* One upload: a genome record that fills up chunk by chunk. */
+/* One upload: a genome record that fills up chunk by chunk, beside the one in use. */
 typedef struct {
     bool begun;                        /* LOAD came */
-    bool committed;                    /* the record is the network in use */
+    bool committed;                    /* the record has become the network in use */
     uint32_t chunks;                   /* bit c: chunk c has arrived */
     uint8_t record[SCEANN_MAX_RECORD];
 } sceann_upload;
@@ -80,15 +66,23 @@ typedef struct {
 typedef struct sceann_robot {
     const sceann_port *port;
     uint8_t state;                     /* sceann_state */
+    uint8_t node;                      /* 1..127 */
+    uint8_t reset_cause;               /* as in EVENT's table */
     uint8_t receive_errors;            /* stays at 255 */
-    bool has_network;
+    bool has_network;                  /* `controller` is that of `record` */
+    bool battery_low;                  /* for SCEANN_BATTERY_LOW_US and longer */
+    bool button;                       /* the start button was held at the last look */
+    bool host_silent;                  /* the session was not heard for SCEANN_SESSION_US */
     uint16_t session;                  /* 0 = no host yet */
+    uint16_t armed_period;             /* of the trial that ARM prepared, 0.1 ms */
     uint32_t arithmetic_id;
     uint32_t host_us;                  /* when the session was last heard */
     uint32_t heartbeat_us;             /* when our last heartbeat was sent */
+    uint32_t battery_us;               /* when the battery was last seen full enough */
     uint32_t uptime_ms, millisecond_us;/* since start; when the last of them was full */
     bool autorun_possible;             /* nothing has come from a host or a hand since boot */
     sceann_controller controller;
+    uint8_t record[SCEANN_MAX_RECORD]; /* of the network in use */
     sceann_upload upload;
     sceann_trial trial;
     sceann_store store;

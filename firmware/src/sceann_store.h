@@ -3,7 +3,7 @@
  *
  * Genome: two slots, written in turn, each with a counter and a CRC-32; the newest valid one counts. A write that power
  * loss breaks off leaves the other slot, and so the old genome. Last trial: each record goes to the next place of the
- * ring with a counter and a CRC-16; the newest valid one counts.
+ * ring with a counter and a CRC-16; the newest valid one counts, and a place that is worn out is passed over.
  */
 #ifndef SCEANN_STORE_H
 #define SCEANN_STORE_H
@@ -27,7 +27,8 @@ typedef struct {
 typedef struct {
     uint8_t slot;                      /* the newest valid genome slot: 0, 1, or SCEANN_NO_SLOT */
     uint8_t counter;                   /* its counter */
-    uint16_t autorun_period;           /* 0.1 ms; 0 = no autorun */
+    uint16_t autorun_period;           /* 0.1 ms; 0 = no autorun; SCEANN_BY_BUTTON: when the start button is pressed */
+    uint8_t node;                      /* 0 = none was given */
     uint16_t bits;                     /* of the stored genome */
     uint32_t genome_crc;               /* CRC-32 of the stored genome record */
     uint8_t ring_at;                   /* where the newest trial record stands */
@@ -36,6 +37,7 @@ typedef struct {
 } sceann_store;
 
 #define SCEANN_NO_SLOT 2u
+#define SCEANN_BY_BUTTON 0x8000u
 
 /* Looks for what is stored. Works without a store too, and then finds nothing. */
 void sceann_store_open(sceann_store *store, const sceann_port *port);
@@ -50,8 +52,11 @@ bool sceann_store_put_genome(sceann_store *store, const sceann_port *port, const
 /* Forgets both genomes; false if one can still be read. */
 bool sceann_store_erase(sceann_store *store, const sceann_port *port);
 
-/* Notes store->last. */
-void sceann_store_put_last(sceann_store *store, const sceann_port *port);
+/* Notes this node number for good; false if it does not hold. */
+bool sceann_store_put_node(sceann_store *store, const sceann_port *port, uint8_t node);
+
+/* Notes store->last; false if a store is there and does not take it. */
+bool sceann_store_put_last(sceann_store *store, const sceann_port *port);
 
 #ifdef __cplusplus
 }

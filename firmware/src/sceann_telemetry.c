@@ -8,7 +8,7 @@
 static void send(const sceann_robot *robot, uint16_t function, const uint8_t *data, uint8_t length)
 {
     sceann_message message;
-    message.id = (uint16_t)(function + robot->port->node);
+    message.id = (uint16_t)(function + robot->node);
     message.length = length;
     memcpy(message.data, data, length);
     robot->port->send(robot->port->board, &message);
@@ -16,46 +16,35 @@ static void send(const sceann_robot *robot, uint16_t function, const uint8_t *da
 
 void sceann_send_event(const sceann_robot *robot, uint8_t code, uint16_t argument)
 {
-    const struct sceann_link_event_t event = { .code = code,
-                                               .state = robot->state,
-                                               .tick = robot->trial.tick,
-                                               .argument = argument,
-                                               .trial_id = robot->trial.id };
-    uint8_t data[SCEANN_LINK_EVENT_LENGTH];
-    (void)sceann_link_event_pack(data, &event, sizeof data);
+    uint8_t data[SCEANN_LINK_EVENT_LENGTH] = { code, robot->state };
+    sceann_put16(&data[2], robot->trial.tick);
+    sceann_put16(&data[4], argument);
+    sceann_put16(&data[6], robot->trial.id);
     send(robot, FUNCTION(EVENT), data, sizeof data);
 }
 
 void sceann_send_end(const sceann_robot *robot)
 {
     const sceann_last_trial *last = &robot->store.last;
-    const struct sceann_link_end_t end = {
-        .trial_id = last->id, .reason = last->reason, .ticks = last->ticks, .state_hash = last->state_hash
-    };
     uint8_t data[SCEANN_LINK_END_LENGTH];
-    (void)sceann_link_end_pack(data, &end, sizeof data);
+    sceann_put16(&data[0], last->id);
+    data[2] = last->reason;
+    sceann_put16(&data[3], last->ticks);
+    sceann_put16(&data[5], last->state_hash);
     send(robot, FUNCTION(END), data, sizeof data);
 }
 
 void sceann_send_heartbeat(const sceann_robot *robot)
 {
-    const struct sceann_link_heartbeat_t heartbeat = { .state = robot->state,
-                                                       .uptime = robot->uptime_ms,
-                                                       .battery = robot->port->battery_mv(robot->port->board),
-                                                       .receive_errors = robot->receive_errors };
     uint8_t data[SCEANN_LINK_HEARTBEAT_LENGTH];
-    (void)sceann_link_heartbeat_pack(data, &heartbeat, sizeof data);
+    data[0] = robot->state;
+    sceann_put32(&data[1], robot->uptime_ms);
+    sceann_put16(&data[5], robot->port->battery_mv(robot->port->board));
+    data[7] = robot->receive_errors;
     send(robot, FUNCTION(HEARTBEAT), data, sizeof data);
 }
 
-static void put16(uint8_t *p, uint16_t value)
-{
-    p[0] = (uint8_t)value;
-    p[1] = (uint8_t)(value >> 8);
-}
-
-/* The seven bytes of a descriptor page. Packed by hand, because most of them are bytes already: cantools' function for
- * this message would take a tenth of an ATmega328P's budget. */
+/* The seven bytes of a descriptor page. */
 static void descriptor_page(const sceann_robot *robot, uint8_t page, uint8_t *p)
 {
     const sceann_port *port = robot->port;
@@ -64,23 +53,22 @@ static void descriptor_page(const sceann_robot *robot, uint8_t page, uint8_t *p)
         p[0] = SCEANN_LINK_VERSION;
         p[1] = port->n_sensors;
         p[2] = port->n_motors;
-        put16(&p[3], (uint16_t)robot->arithmetic_id);
-        put16(&p[5], (uint16_t)(robot->arithmetic_id >> 16));
+        sceann_put32(&p[3], robot->arithmetic_id);
         break;
     case 1:
         p[0] = SCEANN_FIRMWARE_MAJOR;
         p[1] = SCEANN_FIRMWARE_MINOR;
         p[2] = SCEANN_FIRMWARE_PATCH;
-        put16(&p[3], port->capabilities);
-        p[5] = port->node;
+        sceann_put16(&p[3], port->capabilities);
+        p[5] = robot->node;
         p[6] = DESCRIPTOR_PAGES;
         break;
     case 2:
         p[0] = SCEANN_MAX_SENSORS;
         p[1] = SCEANN_MAX_MOTORS;
         p[2] = SCEANN_MAX_SOURCES;
-        put16(&p[3], port->tick_min);
-        put16(&p[5], port->tick_max);
+        sceann_put16(&p[3], port->tick_min);
+        sceann_put16(&p[5], port->tick_max);
         break;
     case 3:
         memcpy(p, port->unique_id, DESCRIPTOR_BYTES);
@@ -101,13 +89,27 @@ void sceann_send_descriptor(const sceann_robot *robot)
     }
 }
 
-/* Both pages have the same layout. */
-static void send_sense_page(const sceann_robot *robot, uint16_t function, const uint16_t *s, uint16_t tick)
+/* Sensor k of a page stands in bits 10k..10k+9, as in the DBC. */
+void sceann_unpack_sensors(const uint8_t *data, uint16_t *sensors)
 {
-    const struct sceann_link_sense_t page = { .sensor0 = s[0], .sensor1 = s[1], .sensor2 = s[2], .sensor3 = s[3],
-                                              .sensor4 = s[4], .sensor5 = s[5], .tick = (uint8_t)(tick & 15u) };
-    uint8_t data[SCEANN_LINK_SENSE_LENGTH];
-    (void)sceann_link_sense_pack(data, &page, sizeof data);
+    for (uint8_t k = 0; k < SCEANN_SENSORS_PER_PAGE; k++) {
+        const uint8_t bit = (uint8_t)(10u * k);
+        const uint8_t *p = &data[bit >> 3];
+        sensors[k] = (uint16_t)((uint16_t)(p[0] | (uint16_t)((uint16_t)p[1] << 8)) >> (bit & 7u)) & 1023u;
+    }
+}
+
+static void send_sense_page(const sceann_robot *robot, uint16_t function, const uint16_t *sensors, uint16_t tick)
+{
+    uint8_t data[SCEANN_LINK_SENSE_LENGTH] = { 0 };
+    for (uint8_t k = 0; k < SCEANN_SENSORS_PER_PAGE; k++) {
+        const uint8_t bit = (uint8_t)(10u * k);
+        const uint16_t bits = (uint16_t)(sensors[k] << (bit & 7u));
+        uint8_t *p = &data[bit >> 3];
+        p[0] = (uint8_t)(p[0] | (uint8_t)bits);
+        p[1] = (uint8_t)(bits >> 8);
+    }
+    data[7] = (uint8_t)(data[7] | (uint8_t)(tick << 4));
     send(robot, function, data, sizeof data);
 }
 
@@ -123,15 +125,15 @@ void sceann_send_drive(sceann_robot *robot, uint16_t tick)
 {
     const sceann_controller *c = &robot->controller;
     const int16_t *motors = sceann_controller_motors(c);
-    const struct sceann_link_drive_t drive = { .tick = (uint8_t)tick,
-                                               .hash = (uint8_t)c->state_hash,
-                                               .motor0 = (uint16_t)motors[0],
-                                               .motor1 = c->n_motors > 1u ? (uint16_t)motors[1] : 0u,
-                                               .motor2 = c->n_motors > 2u ? (uint16_t)motors[2] : 0u };
     sceann_message *message = &robot->trial.last_drive;
-    message->id = (uint16_t)(FUNCTION(DRIVE) + robot->port->node);
-    message->length = (uint8_t)(2u + 2u * c->n_motors);
-    (void)sceann_link_drive_pack(message->data, &drive, sizeof message->data);
+    message->id = (uint16_t)(FUNCTION(DRIVE) + robot->node);
+    message->length = SCEANN_LINK_DRIVE_LENGTH;
+    memset(message->data, 0, sizeof message->data);
+    message->data[0] = (uint8_t)tick;
+    message->data[1] = (uint8_t)c->state_hash;
+    for (uint8_t k = 0; k < c->n_motors; k++) {
+        sceann_put16(&message->data[2u + 2u * k], (uint16_t)motors[k]);
+    }
     robot->port->send(robot->port->board, message);
 }
 
@@ -139,20 +141,15 @@ void sceann_send_states(const sceann_robot *robot, uint16_t tick)
 {
     const sceann_controller *c = &robot->controller;
     for (uint8_t i = 0; i < c->n_neurons; i = (uint8_t)(i + 3u)) {
-        const struct sceann_link_neuron_states_t states = { .first = i,
-                                                            .tick = (uint8_t)tick,
-                                                            .u0 = c->u[i],
-                                                            .u1 = i + 1u < c->n_neurons ? c->u[i + 1u] : 0,
-                                                            .u2 = i + 2u < c->n_neurons ? c->u[i + 2u] : 0 };
-        uint8_t data[SCEANN_LINK_NEURON_STATES_LENGTH];
-        (void)sceann_link_neuron_states_pack(data, &states, sizeof data);
+        uint8_t data[SCEANN_LINK_NEURON_STATES_LENGTH] = { i, (uint8_t)tick };
+        for (uint8_t k = 0; k < 3u && i + k < c->n_neurons; k++) {
+            sceann_put16(&data[2u + 2u * k], (uint16_t)c->u[i + k]);
+        }
         send(robot, FUNCTION(NEURON_STATES), data, sizeof data);
     }
 }
 
-void sceann_send_reply(const sceann_robot *robot, const struct sceann_link_reply_t *reply)
+void sceann_send_reply(const sceann_robot *robot, const uint8_t *data)
 {
-    uint8_t data[SCEANN_LINK_REPLY_LENGTH];
-    (void)sceann_link_reply_pack(data, reply, sizeof data);
-    send(robot, FUNCTION(REPLY), data, sizeof data);
+    send(robot, FUNCTION(REPLY), data, SCEANN_LINK_REPLY_LENGTH);
 }

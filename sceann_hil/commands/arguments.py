@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -61,4 +62,17 @@ def more_of(robot: str | None, wall: str | None, trials: int | None) -> dict[str
 
 def print_json(document: dict[str, Any]) -> None:
     """Print `document` on standard output."""
-    typer.echo(json.dumps(document, indent=2))
+    typer.echo(json_text(document))
+
+
+def json_text(document: dict[str, Any]) -> str:
+    """`document` as JSON that every reader takes: JSON knows neither NaN nor infinity, so null stands for them."""
+    return json.dumps(_finite(document), indent=2, allow_nan=False)
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _finite(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(inner) for inner in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

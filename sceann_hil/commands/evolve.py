@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import signal
 import time
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from datetime import datetime
 from functools import partial
 from pathlib import Path
-from types import FrameType
 from typing import Annotated, Any
 
 import typer
@@ -36,8 +33,12 @@ from sceann_hil.commands.recording import Live, Record, RecordChoice, recorded, 
 from sceann_hil.config import load_config
 from sceann_hil.errors import ExitCode, as_user_error
 from sceann_hil.run.ancestor import Ancestor, Take
-from sceann_hil.run.experiment import Experiment, Outcome, StopRequest
+from sceann_hil.run.experiment import Experiment, Outcome
+from sceann_hil.supervision.operators import Desk
 from sceann_hil.supervision.operators.staff import beside
+from sceann_hil.supervision.signals import Signals
+from sceann_hil.supervision.stopping import StopRequest
+from sceann_hil.timespans import duration_text
 
 
 def register(app: typer.Typer) -> None:
@@ -96,6 +97,15 @@ def resume(
     budget_robot: BudgetRobot = None,
     budget_wall: BudgetWall = None,
     budget_trials: BudgetTrials = None,
+    accept_versions: Annotated[
+        bool, typer.Option("--accept-versions", help="Go on although versions, or the simulated body, are others.")
+    ] = False,
+    from_generation: Annotated[
+        int | None,
+        typer.Option(
+            "--from-generation", min=0, metavar="N", help="Go back to generation N; the journal of before is kept."
+        ),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Go on with a run that was stopped, paused or killed, or whose budget was spent.
@@ -103,7 +113,9 @@ def resume(
     Example: sceann resume runs/first --budget-robot 2h
     """
     more = more_of(budget_robot, budget_wall, budget_trials)
-    with Experiment.open(directory) as experiment:
+    with Experiment.open(
+        directory, accept_other_versions=accept_versions, from_generation=from_generation
+    ) as experiment:
         _run(experiment, record, live, as_json, operator=operator, more=more)
 
 
@@ -129,50 +141,49 @@ def _run(
         if live:
             connected.enter_context(watched_live(robot, experiment.directory))
         started = time.monotonic()
+        show = partial(_show, console)
+        last = experiment.config.algorithm.generations
+        signals = Signals(show, first=StopRequest.AFTER_GENERATION, soon=lambda: _soon(desk))
         with (
-            _stop_on_interrupt(console) as stop,
-            show_progress(console, experiment.config.algorithm.generations) as report,
-            beside(robot, settings, partial(_show, console), lambda: stop() is StopRequest.NOW) as desk,
+            signals.watched(),
+            beside(robot, settings, show, signals.request) as desk,
+            show_progress(console, last, desk if robot.spec.batch_size == 1 else None) as report,
         ):
-            outcome = experiment.evolve(robot, report, stop, desk, experiment.extended(more or {}))
+            signals.beside(robot, desk)
+            outcome = experiment.evolve(robot, report, signals.request, desk, more)
         evolved_s = time.monotonic() - started
+        if outcome in (Outcome.TERMINATED, Outcome.HUNG_UP):
+            # whoever asks for the end waits for no recordings
+            raise typer.Exit(_EXIT_CODES[outcome])
     summary = _summary(experiment, outcome, evolved_s)
     if as_json:
         print_json(summary)
     else:
         _print_summary(Console(highlight=False), summary, record)
-    if outcome is Outcome.STOPPED_AFTER_GENERATION:
-        raise typer.Exit(ExitCode.INTERRUPTED)
-    if outcome is Outcome.STOPPED_NOW:
-        raise typer.Exit(ExitCode.INTERRUPTED_NOW)
-    if outcome is Outcome.FINISHED_BY_OPERATOR:
-        raise typer.Exit(ExitCode.OPERATOR_FINISHED)
-    if outcome is Outcome.BUDGET_SPENT:
-        raise typer.Exit(ExitCode.BUDGET_SPENT)
+    if outcome in _EXIT_CODES:
+        raise typer.Exit(_EXIT_CODES[outcome])
+
+
+_EXIT_CODES = {
+    Outcome.STOPPED_AFTER_GENERATION: ExitCode.INTERRUPTED,
+    Outcome.STOPPED_NOW: ExitCode.INTERRUPTED_NOW,
+    Outcome.FINISHED_BY_OPERATOR: ExitCode.OPERATOR_FINISHED,
+    Outcome.BUDGET_SPENT: ExitCode.BUDGET_SPENT,
+    Outcome.TERMINATED: ExitCode.TERMINATED,
+    Outcome.HUNG_UP: ExitCode.HUNG_UP,
+}
+
+
+def _soon(desk: Desk) -> str:
+    """What the first Ctrl-C waits for, and how long."""
+    status = desk.view().status
+    left = status.todo - status.done
+    took = f", about {duration_text(status.todo_s)}" if status.todo_s and status.todo_s >= 1.0 else ""
+    return f"Stopping after this generation ({left} of its {status.todo} trials are left{took})."
 
 
 def _show(console: Console, text: str) -> None:
     console.print(text, markup=False, soft_wrap=True)
-
-
-@contextmanager
-def _stop_on_interrupt(console: Console) -> Iterator[Any]:
-    request = StopRequest.NONE
-
-    def interrupted(number: int, frame: FrameType | None) -> None:
-        nonlocal request
-        if request is StopRequest.NONE:
-            request = StopRequest.AFTER_GENERATION
-            console.print("Stopping after this generation. Press Ctrl-C again to stop now.")
-        else:
-            request = StopRequest.NOW
-            console.print("Stopping now.")
-
-    before = signal.signal(signal.SIGINT, interrupted)
-    try:
-        yield lambda: request
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def _summary(experiment: Experiment, outcome: Outcome, evolved_s: float) -> dict[str, Any]:
@@ -210,6 +221,6 @@ def _print_summary(console: Console, summary: dict[str, Any], record: RecordChoi
     follow += [] if record is RecordChoice.NONE else ["view"]
     reason = summary["why_stopped"]
     if reason:
-        console.print(f"It stopped because {reason}.", soft_wrap=True)
+        console.print(f"{reason}.", soft_wrap=True)
     for command in follow:
         console.print(f"  sceann {command} {directory}")

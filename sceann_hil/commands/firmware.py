@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager
+from collections.abc import Iterator
+from contextlib import contextmanager
 from itertools import chain
 from pathlib import Path
 from typing import Annotated
@@ -15,19 +16,25 @@ from rich.progress import Progress
 from sceann_hil.commands.arguments import AsJson, RunDirectory, print_json
 from sceann_hil.errors import FirmwareBuildFailed, RobotUnreachable, VerifyDiffers
 from sceann_hil.firmware.build import Board, board_named
-from sceann_hil.firmware.flash import OnRobot, flash, flash_genome, plan_flash
+from sceann_hil.firmware.flash import OnRobot, Unplugged, flash, flash_genome, meet, opened, plan_flash
 from sceann_hil.firmware.from_run import BEST, load_image, recorded_sensors
 from sceann_hil.firmware.header import Optimize, c_header, checked_name, write_header
 from sceann_hil.firmware.verify import random_sequences, verify
 from sceann_hil.journal import JournalReader
-from sceann_hil.link.client import Line, RobotClient
-from sceann_hil.link.serial_line import BAUD, SerialLine, the_only_port
+from sceann_hil.link.framed_bus import LineBus
+from sceann_hil.link.messages import node_arguments
+from sceann_hil.link.ports import the_only_port
+from sceann_hil.link.serial_bus import BAUD
+from sceann_hil.link.session import Refused, RobotLink
+from sceann_hil.link.vocabulary import Op, StoreAction
 from sceann_hil.robot import LinkError
 
 Genome = Annotated[str, typer.Option("--genome", metavar="best|ID", help="Which individual.")]
 BoardName = Annotated[
-    str, typer.Option("--board", help=f"One of {', '.join(board.value for board in Board)}.", show_default=False)
+    str | None,
+    typer.Option("--board", help=f"One of {', '.join(board.value for board in Board)}.", show_default=False),
 ]
+Node = Annotated[int, typer.Option("--node", min=1, max=127, help="Which robot on the bus.")]
 Port = Annotated[str | None, typer.Option("--port", help="Serial port or pyserial URL.", show_default=False)]
 Baud = Annotated[int, typer.Option("--baud", help="Its speed.")]
 Name = Annotated[str, typer.Option("--name", help="Prefix of everything in the header, a C identifier.")]
@@ -38,6 +45,7 @@ def register(app: typer.Typer) -> None:
     app.command()(export)
     app.command("flash")(flash_board)
     app.command("verify")(verify_board)
+    app.command("set-node")(set_node)
 
 
 def export(
@@ -62,10 +70,18 @@ def export(
 
 def flash_board(
     directory: RunDirectory,
-    board: BoardName,
+    board: BoardName = None,
     genome: Genome = BEST,
     port: Port = None,
     baud: Baud = BAUD,
+    node: Node = 1,
+    autorun: Annotated[
+        float | None,
+        typer.Option("--autorun", metavar="MS", help="Run it without a host, with this control period."),
+    ] = None,
+    on_button: Annotated[
+        bool, typer.Option("--on-button", help="With --autorun: when the start button is pressed, not by itself.")
+    ] = False,
     header_only: Annotated[bool, typer.Option("--header-only", help="Only write controller.h here.")] = False,
     build_only: Annotated[bool, typer.Option("--build-only", help="Build the firmware, touch no board.")] = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Build, and say what would be done.")] = False,
@@ -75,20 +91,29 @@ def flash_board(
 ) -> None:
     """Put a controller on a board, and say what is then on it.
 
-    Example: sceann flash runs/first --board uno --port /dev/ttyACM0
+    With --genome-only no --board is needed: the robot says what it is.
+
+    Example: sceann flash runs/first --board uno --port /dev/ttyACM0 --autorun 50
     """
     console = Console(highlight=False, soft_wrap=True)
-    kind = board_named(board)
     if sum((header_only, build_only, dry_run, genome_only)) > 1:
         raise typer.BadParameter("give one of --header-only, --build-only, --dry-run, --genome-only")
+    if on_button and autorun is None:
+        raise typer.BadParameter("--on-button: expected --autorun MS beside it, the control period")
+    unplugged = Unplugged()
+    if autorun is not None:
+        unplugged = Unplugged(StoreAction.BUTTON if on_button else StoreAction.AUTORUN, autorun / 1000.0)
     image = load_image(JournalReader(directory), genome, "--name controller --optimize speed")
     if header_only:
         write_header(Path("controller.h"), c_header(image))
         console.print("controller.h written")
         return
     if genome_only:
-        _tell(console, flash_genome(image, port or the_only_port(), baud))
+        _tell(console, flash_genome(image, port or the_only_port(), baud, node, unplugged))
         return
+    if board is None:
+        raise typer.BadParameter("expected --board, or --genome-only for a robot that has the firmware")
+    kind = board_named(board)
     plan = plan_flash(image, kind, port, baud)
     if build_only:
         console.print(f"firmware  {plan.image}")
@@ -99,7 +124,7 @@ def flash_board(
         )
     else:
         port = port or the_only_port()
-        _tell(console, flash(image, plan_flash(image, kind, port, baud), port, baud))
+        _tell(console, flash(image, plan_flash(image, kind, port, baud), port, baud, unplugged))
 
 
 def _tell(console: Console, on_robot: OnRobot) -> None:
@@ -108,10 +133,11 @@ def _tell(console: Console, on_robot: OnRobot) -> None:
 
 def verify_board(
     directory: RunDirectory,
-    board: BoardName,
+    board: BoardName = None,
     genome: Genome = BEST,
     port: Port = None,
     baud: Baud = BAUD,
+    node: Node = 1,
     sequences: Annotated[int, typer.Option("--sequences", min=1, help="Random sensor sequences.")] = 1000,
     steps: Annotated[int, typer.Option("--steps", min=1, max=65535, help="Control steps in each.")] = 20,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of the random sequences.")] = 0,
@@ -119,28 +145,29 @@ def verify_board(
 ) -> None:
     """Prove that a board computes what the simulator computed: every state of every neuron.
 
-    Without --port the board is emulated. Random sensors, and those of the individual's own trials.
+    With --port the robot there, whatever board it is; otherwise --board is emulated. Random sensors, and those of the
+    individual's own trials.
 
     Example: sceann verify runs/first --board uno
     """
-    kind = board_named(board)
+    if board is None and port is None:
+        raise typer.BadParameter("expected --port (a robot) or --board (to be emulated)")
+    kind = board_named(board) if board is not None else None
     reader = JournalReader(directory)
     image, recorded = load_image(reader, genome), recorded_sensors(reader, genome)
     generated = random_sequences(np.random.default_rng(seed), sequences, steps, image.size.n_sensors)
-    place = port or f"the emulated {kind.value}"
-    with Progress(transient=True, disable=as_json) as progress, _line(kind, port, baud) as line:
+    place = port or f"the emulated {board}"
+    with Progress(transient=True, disable=as_json) as progress, _link(kind, port, baud, node) as link:
         bar = progress.add_task(f"verifying on {place}", total=sequences + len(recorded))
         try:
-            result = verify(
-                RobotClient(line), image, chain(recorded, generated), place, lambda n: progress.update(bar, completed=n)
-            )
+            result = verify(link, image, chain(recorded, generated), place, lambda n: progress.update(bar, completed=n))
         except LinkError as error:
             raise RobotUnreachable(f"{place}: {error}.", "Check power, cable and port, then verify again.") from None
     if as_json:
         difference = None if result.difference is None else str(result.difference)
         print_json(
             {
-                "board": kind.value,
+                "board": board,
                 "place": place,
                 "equal": result.equal,
                 "sequences": result.sequences,
@@ -162,11 +189,43 @@ def verify_board(
         Console(highlight=False, soft_wrap=True).print(f"{place}: every state is equal. {counts}")
 
 
-def _line(board: Board, port: str | None, baud: int) -> AbstractContextManager[Line]:
-    if port is not None:
-        return SerialLine(port, baud)
+def set_node(
+    new_node: Annotated[int, typer.Argument(metavar="NEW", min=1, max=127, help="Its number from now on.")],
+    port: Port = None,
+    baud: Baud = BAUD,
+    node: Node = 1,
+) -> None:
+    """Give a robot a node number of its own; it keeps it without power.
+
+    Two robots with one number obey every command together. Have only one of them switched on.
+
+    Example: sceann set-node 2 --port /dev/ttyACM0
+    """
+    place = port or the_only_port()
+    with opened(place, baud, node) as link:
+        descriptor = meet(link, place)
+        try:
+            link.request(Op.NODE, node_arguments(new_node))
+        except Refused as refused:
+            raise RobotUnreachable(f"{place}: {refused}.", "Only a robot with a store keeps a number.") from None
+    Console(highlight=False, soft_wrap=True).print(
+        f"{descriptor.name} ({descriptor.unique_id:014x}) is node {new_node}"
+    )
+
+
+@contextmanager
+def _link(board: Board | None, port: str | None, baud: int, node: int) -> Iterator[RobotLink]:
+    if port is not None or board is None:
+        with opened(port or the_only_port(), baud, node) as link:
+            yield link
+        return
     try:
         from sceann_hil.firmware.emulated.lines import emulated_line
     except ImportError as error:
         raise FirmwareBuildFailed(f"emulation: {error}", "Install sceann-hil with its backends.") from None
-    return emulated_line(board)
+    with emulated_line(board) as line:
+        link = RobotLink(LineBus(line, board.value))
+        try:
+            yield link
+        finally:
+            link.close()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -11,14 +11,26 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from sceann_hil.commands.arguments import AsJson, OperatorOption, RunDirectory, operator_override, print_json
+from sceann_hil.commands.arguments import (
+    AsJson,
+    BudgetRobot,
+    BudgetTrials,
+    BudgetWall,
+    OperatorOption,
+    RunDirectory,
+    json_text,
+    more_of,
+    operator_override,
+    print_json,
+)
 from sceann_hil.commands.measured import measured
 from sceann_hil.config import ExperimentConfig, with_robot_of
 from sceann_hil.errors import ConfigError, NotARun
 from sceann_hil.journal import AttemptKind, IndividualRow, JournalReader
 from sceann_hil.robot import GapEstimate
+from sceann_hil.robot.signal_names import motor_names, sensor_names
 from sceann_hil.run.replay import journalled_config
-from sceann_hil.study.gap import GapReport, Spread
+from sceann_hil.study.gap import GapReport, Spread, estimate_rows, gap_section
 from sceann_hil.supervision.drift import Drift
 from sceann_hil.timespans import duration_text
 
@@ -39,12 +51,18 @@ def compare(
     top: Annotated[int, typer.Option("--top", min=1, help="So many of the best genomes.")] = 5,
     repeats: Annotated[int, typer.Option("--repeats", min=1, help="How often each runs all its trials.")] = 3,
     operator: OperatorOption = None,
+    budget_robot: BudgetRobot = None,
+    budget_wall: BudgetWall = None,
+    budget_trials: BudgetTrials = None,
     as_json: AsJson = False,
 ) -> None:
     """Run the best genomes of a run in simulation and on the robot, and say how far the two are apart, and why.
 
+    The robot's trials are in the run's journal: a comparison that was interrupted goes on where it was.
+
     Example: sceann compare runs/first --on my_robot.yaml --top 5 --repeats 3
     """
+    more = more_of(budget_robot, budget_wall, budget_trials)
     reader = JournalReader(directory)
     simulated, real = _pair(journalled_config(reader), on, operator)
     rows = _best(reader, top)
@@ -52,8 +70,8 @@ def compare(
     # before the robot moves: a place that cannot be written to must not cost a measurement
     folder = _folder(directory, "compare")
     names = [row.genome for row in rows]
-    there, timing = measured(real, genomes, names, repeats, folder)
-    here, _ = measured(simulated, genomes, names, repeats, folder)
+    there, timing = measured(directory, real, "compare", genomes, repeats, more)
+    here, _ = measured(directory, simulated, "compare", genomes, repeats, more)
     with simulated.robot.build() as body:
         estimate = body.estimate_gap(there.starts, there.traces) if there.traces else None
     report = GapReport.of(names, here, there, estimate)
@@ -61,15 +79,17 @@ def compare(
     from sceann_hil.study.gap import figures
 
     figures.draw_gap(report, here, there, folder / "gap.png")
-    figures.draw_trajectories(here, there, folder / "trajectories.png")
+    scenery = simulated.robot.build().scenery
+    signals = sensor_names(simulated.size, scenery), motor_names(simulated.size, scenery)
+    figures.draw_trajectories(here, there, names, *signals, folder / "trajectories.png")
     if timing:
         figures.draw_timing(timing, folder / "timing.png")
     document = {**report.as_dict(), "gap_section": gap_section(estimate), "folder": str(folder)}
-    (folder / "compare.json").write_text(json.dumps(document, indent=2), encoding="utf-8")
+    (folder / "compare.json").write_text(json_text(document), encoding="utf-8")
     if as_json:
         print_json(document)
     else:
-        _print_comparison(report, folder, estimate)
+        _print_comparison(report, signals, folder)
 
 
 def repeat(
@@ -78,18 +98,24 @@ def repeat(
     n: Annotated[int, typer.Option("-n", min=2, help="How often it runs all its trials.")] = 20,
     on: OnRobot = None,
     operator: OperatorOption = None,
+    budget_robot: BudgetRobot = None,
+    budget_wall: BudgetWall = None,
+    budget_trials: BudgetTrials = None,
     as_json: AsJson = False,
 ) -> None:
     """Run one genome again and again: how its fitness scatters, and how many repeats tell two genomes apart.
 
+    A robot's trials are in the run's journal: what was interrupted goes on where it was.
+
     Example: sceann repeat runs/first --genome best -n 20
     """
+    more = more_of(budget_robot, budget_wall, budget_trials)
     reader = JournalReader(directory)
     config = journalled_config(reader).with_changes(settings=operator_override(operator))
     config = with_robot_of(config, on) if on is not None else config
     row = _individual(reader, genome)
     folder = _folder(directory, "repeat")
-    measurement, _ = measured(config, row.genome_bits(config.genome_length)[None], [row.genome], n, folder)
+    measurement, _ = measured(directory, config, "repeat", row.genome_bits(config.genome_length)[None], n, more)
     fitness = measurement.repeats[0]
     spread = Spread.of(fitness)
     task = config.task.build()
@@ -109,7 +135,7 @@ def repeat(
         "repeats_to_tell": {f"{difference:.4g}": spread.repeats_to_tell(difference) for difference in differences},
         "folder": str(folder),
     }
-    (folder / f"individual-{row.id}.json").write_text(json.dumps(document, indent=2), encoding="utf-8")
+    (folder / f"individual-{row.id}.json").write_text(json_text(document), encoding="utf-8")
     if as_json:
         print_json(document)
         return
@@ -146,18 +172,6 @@ def drift(directory: RunDirectory, as_json: AsJson = False) -> None:
         return
     typer.echo(found.warning or f"No drift: {found.runs} reference runs, p = {found.p_value:.2g}.")
     typer.echo(path)
-
-
-def gap_section(estimate: GapEstimate | None) -> str:
-    """An estimate as the `gap` section of a simulated robot, to be pasted; empty without one."""
-    if estimate is None:
-        return ""
-    low, high = min(estimate.sensor_offset), max(estimate.sensor_offset)
-    offset = f"{low:g}" if low == high else f"{{uniform: [{low:g}, {high:g}]}}"
-    return (
-        f"gap:\n  sensor_offset: {offset}\n  motor_gain: {estimate.motor_gain:g}\n"
-        f"  latency_steps: {estimate.latency_steps}\n"
-    )
 
 
 def _pair(config: ExperimentConfig, on: Path | None, operator: str | None) -> tuple[ExperimentConfig, ExperimentConfig]:
@@ -203,16 +217,32 @@ def _folder(directory: Path, name: str) -> Path:
     return folder
 
 
-def _print_comparison(report: GapReport, folder: Path, estimate: GapEstimate | None) -> None:
+def _print_comparison(report: GapReport, names: Sequence[Sequence[str]], folder: Path) -> None:
     console = Console(highlight=False)
     table = Table("genome", report.simulation, report.robot, "gap", "95 %", title="Simulation and robot")
     for gap in report.genomes:
-        interval = f"{gap.low:+.3g} to {gap.high:+.3g}" if gap.low == gap.low else "needs --repeats 2"
+        interval = "needs --repeats 2" if gap.low is None else f"{gap.low:+.3g} to {gap.high:+.3g}"
         table.add_row(gap.genome, f"{gap.simulated:.4g}", f"{gap.measured:.4g}", f"{gap.gap:+.3g}", interval)
     console.print(table)
-    if report.rank_correlation == report.rank_correlation:
+    if report.rank_correlation is not None:
         console.print(f"rank correlation {report.rank_correlation:.2f} (p = {report.p_value:.2g})")
-    if estimate is not None:
-        console.print(f"The simulation behaves like the robot with this section (residual {estimate.residual:.3g}):")
-        typer.echo(gap_section(estimate))
+    if report.estimate is not None:
+        _print_estimate(console, report.estimate, names)
     typer.echo(folder)
+
+
+def _print_estimate(console: Console, estimate: GapEstimate, names: Sequence[Sequence[str]]) -> None:
+    title = f"Gap of the robot, estimated from {estimate.trials} different trials"
+    table = Table("quantity", "estimate", "95 %", title=title)
+    for row in estimate_rows(estimate, *names):
+        table.add_row(*row)
+    console.print(table)
+    section = gap_section(estimate)
+    if not section:
+        console.print("These trials tell nothing of the robot's gap: run more, and more different ones (--top).")
+        return
+    console.print(
+        f"With this section the simulated sensors differ from the robot's by {estimate.residual:.3g} of full scale "
+        f"(root mean square), without a gap by {estimate.residual_without:.3g}:"
+    )
+    typer.echo(section)

@@ -1,43 +1,53 @@
-"""How a run shows that it is alive: a bar on a terminal, a line now and then elsewhere."""
+"""How a run shows that it is alive: a bar on a terminal, a line now and then elsewhere.
+
+Beside a robot that works one trial at a time there is a second line: the trial that runs with a clock, and what budget
+and forecast say.
+"""
 
 from __future__ import annotations
 
+import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
 
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.console import Console, RenderableType
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
+from rich.text import Text
 
-if TYPE_CHECKING:
-    from sceann_hil.run.experiment import Progress as RunProgress
-    from sceann_hil.study.gap import Measured
+from sceann_hil.run.experiment import Progress as RunProgress
+from sceann_hil.run.measuring import Report
+from sceann_hil.supervision.operators import Desk, Phase, View
+from sceann_hil.timespans import duration_text
 
 _SECONDS_BETWEEN_LINES = 5.0
 
 
 @contextmanager
-def show_progress(console: Console, last_generation: int) -> Iterator[Callable[[RunProgress], None]]:
+def show_progress(
+    console: Console, last_generation: int, desk: Desk | None = None
+) -> Iterator[Callable[[RunProgress], None]]:
     """A function for `Experiment.evolve` to report to.
 
     Args:
         console: where it is shown; a bar if that is a terminal, else lines.
         last_generation: number of the run's last generation.
+        desk: where the run tells how its trials stand, if the robot does them one by one.
     """
     if not console.is_terminal:
-        yield _lines(console)
+        with _lines_by_trial(console, desk) if desk is not None else _lines(console) as report:
+            yield report
         return
     columns = (
         TextColumn("generation"),
         MofNCompleteColumn(),
         BarColumn(),
         TextColumn("best [bold green]{task.fields[best]}[/] mean {task.fields[mean]}"),
-        TextColumn("{task.fields[rate]} trials/s"),
+        *(() if desk is not None else (TextColumn("{task.fields[rate]} trials/s"),)),
         TextColumn("ETA"),
         TimeRemainingColumn(compact=True),
     )
-    with Progress(*columns, console=console, transient=True) as bar:
+    with _Clocked(*columns, console=console, transient=True, desk=desk) as bar:
         shown = bar.add_task("evolve", total=last_generation, best="-", mean="-", rate="-")
 
         def report(progress: RunProgress) -> None:
@@ -53,7 +63,57 @@ def show_progress(console: Console, last_generation: int) -> Iterator[Callable[[
         yield report
 
 
-def _lines(console: Console) -> Callable[[RunProgress], None]:
+class _Clocked(Progress):
+    """A bar with a line below it that tells how the desk's trial stands.
+
+    Args:
+        columns: of the bar.
+        console: where.
+        transient: nothing is left of it in the end.
+        desk: whose trial; without one there is no such line.
+    """
+
+    def __init__(self, *columns: str | ProgressColumn, console: Console, transient: bool, desk: Desk | None) -> None:
+        self._desk = desk
+        self._clock = Clock()
+        super().__init__(*columns, console=console, transient=transient)
+
+    def get_renderables(self) -> Iterable[RenderableType]:
+        yield from super().get_renderables()
+        if self._desk is not None:
+            yield Text(self._clock.line(self._desk.view()), overflow="ellipsis", no_wrap=True)
+
+
+class Clock:
+    """Knows how long the desk's phase has lasted, and says in a line how run and trial stand."""
+
+    def __init__(self) -> None:
+        self._now: tuple[Phase, str] = (Phase.IDLE, "")
+        self._since_s = time.monotonic()
+
+    def line(self, view: View) -> str:
+        """For people, shortest first: what is cut off on a narrow terminal matters least."""
+        status, title = view.status, view.situation.title if view.situation else ""
+        if (view.phase, title) != self._now:
+            self._now, self._since_s = (view.phase, title), time.monotonic()
+        doing = {
+            Phase.RUNNING: "running",
+            Phase.BEFORE: "waits for you",
+            Phase.AFTER: "waits for your verdict",
+            Phase.PAUSED: "paused",
+            Phase.SUSPENDED: "suspended",
+        }.get(view.phase, "between trials")
+        parts = [
+            f"trial {min(status.done + 1, status.todo)} of {status.todo}",
+            f"{doing} {duration_text(time.monotonic() - self._since_s)}",
+            *status.left,
+            status.forecast,
+        ]
+        return " · ".join(part for part in parts if part)
+
+
+@contextmanager
+def _lines(console: Console) -> Iterator[Callable[[RunProgress], None]]:
     last_line = -_SECONDS_BETWEEN_LINES
 
     def report(progress: RunProgress) -> None:
@@ -67,33 +127,66 @@ def _lines(console: Console) -> Callable[[RunProgress], None]:
                 f"mean {row.mean_fitness:.4g}, success {row.success_rate:.0%}"
             )
 
-    return report
+    yield report
 
 
 @contextmanager
-def show_trials(console: Console, robot: str, n_trials: int) -> Iterator[Callable[[Measured], None]]:
-    """A function for `measure` to report to.
+def _lines_by_trial(console: Console, desk: Desk) -> Iterator[Callable[[RunProgress], None]]:
+    """Lines of generations, and between them one now and then of the newest trial."""
+    over = threading.Event()
+
+    def watch() -> None:
+        shown = None
+        while not over.wait(_SECONDS_BETWEEN_LINES):
+            view = desk.view()
+            newest = view.history[0] if view.history else None
+            if newest is not None and newest is not shown:
+                shown = newest
+                status = view.status
+                left = f" ({'; '.join((*status.left, status.forecast))})" if status.left or status.forecast else ""
+                console.print(
+                    f"{status.done} of {status.todo} trials: {newest.title}: {newest.outcome}{left}",
+                    markup=False,
+                    soft_wrap=True,
+                )
+
+    watcher = threading.Thread(target=watch, name="progress", daemon=True)
+    watcher.start()
+    try:
+        with _lines(console) as report:
+            yield report
+    finally:
+        over.set()
+        watcher.join()
+
+
+@contextmanager
+def show_trials(console: Console, robot: str, n_trials: int, desk: Desk | None = None) -> Iterator[Report]:
+    """A function for a measurement to report to.
 
     Args:
         console: where it is shown; a bar if that is a terminal, else a line now and then.
         robot: name of the robot that does the trials.
         n_trials: how many there will be.
+        desk: where the measurement tells how it stands, if people are there.
     """
     columns = (TextColumn("{task.description}"), MofNCompleteColumn(), BarColumn(), TextColumn("ETA"))
-    with Progress(
-        *columns, TimeRemainingColumn(compact=True), console=console, transient=True, disable=not console.is_terminal
-    ) as bar:
+    if not console.is_terminal:
+        yield _line_of_trials(console, robot)
+        return
+    with _Clocked(*columns, TimeRemainingColumn(compact=True), console=console, transient=True, desk=desk) as bar:
         shown = bar.add_task(f"trials on {robot}", total=n_trials)
-        done = 0
-        last_line = time.monotonic()
+        yield lambda done, _total, _fitness: bar.update(shown, completed=done)
 
-        def report(trial: Measured) -> None:
-            nonlocal done, last_line
-            done += 1
-            bar.update(shown, completed=done)
-            now = time.monotonic()
-            if not console.is_terminal and now - last_line >= _SECONDS_BETWEEN_LINES:
-                last_line = now
-                console.print(f"trial {done}/{n_trials} on {robot}: fitness {trial.fitness:.4g}")
 
-        yield report
+def _line_of_trials(console: Console, robot: str) -> Report:
+    last_line = time.monotonic()
+
+    def report(done: int, total: int, fitness: float) -> None:
+        nonlocal last_line
+        now = time.monotonic()
+        if now - last_line >= _SECONDS_BETWEEN_LINES:
+            last_line = now
+            console.print(f"trial {done}/{total} on {robot}: fitness {fitness:.4g}")
+
+    return report

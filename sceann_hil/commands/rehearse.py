@@ -61,8 +61,8 @@ def rehearse(
         directory = out or Path(open_ones.enter_context(tempfile.TemporaryDirectory())) / "rehearsal"
         experiment = open_ones.enter_context(Experiment.create(play.config, directory))
         robot = open_ones.enter_context(play.robot)
-        report = open_ones.enter_context(show_progress(console, play.config.algorithm.generations))
         desk = open_ones.enter_context(beside(robot, play.config.operator, lambda _: None))
+        report = open_ones.enter_context(show_progress(console, play.config.algorithm.generations, desk))
         outcome = experiment.evolve(robot, report, desk=desk)
         document = _document(experiment.journal.reader, outcome, prompt_s, play.config.operator.confirm)
     if as_json:

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Self, cast
 from pydantic import AfterValidator, Field, SerializeAsAny, model_validator
 
 from sceann_hil.config.problems import shown
-from sceann_hil.network.coding import Coding, NetworkSize
+from sceann_hil.network.coding import Coding, NetworkSize, genome_from_hex
 from sceann_hil.network.controller import ONE, Dynamics, Neuron
 from sceann_hil.network.phenotype import Phenotype
 from sceann_hil.plugins import AlgorithmConfig, Misfit, RobotConfig, Section, TaskConfig
@@ -133,6 +133,11 @@ class ExperimentConfig(Section):
         with _blaming(self, "task", "robot"):
             self.task.check(self.robot)
             self._check_robot_and_task()
+        if self.reference.genome is not None:
+            try:
+                genome_from_hex(self.reference.genome, self.genome_length)
+            except ValueError as error:
+                raise Misfit(f"genome: {str(error).removeprefix('genome: ')}", "reference.genome") from error
         if self.saving.racing is not Racing.OFF and not self.algorithm.compares_only:
             raise Misfit(
                 f"racing: expected an algorithm that only compares fitness, got {self.algorithm.type}",

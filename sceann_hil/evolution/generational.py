@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from sceann_hil.evolution.algorithm import Algorithm, StateT
+from sceann_hil.evolution.checks import check_shape, checked_fitness, filled_population
 from sceann_hil.network.coding import Bits
 from sceann_hil.plugins import AlgorithmConfig
 
@@ -90,34 +91,13 @@ class GenerationalAlgorithm(Algorithm[StateT]):
         self.elites = elites
 
     def _checked_fitness(self, fitness: NDArray[np.float64]) -> NDArray[np.float64]:
-        """`fitness` as contiguous float64.
-
-        Raises:
-            ValueError: not one finite number per individual.
-        """
-        checked = np.ascontiguousarray(fitness, dtype=np.float64)
-        if checked.shape != (self.population,):
-            raise ValueError(f"fitness: expected shape ({self.population},), got {checked.shape}")
-        if not np.isfinite(checked).all():
-            worst = int(np.flatnonzero(~np.isfinite(checked))[0])
-            raise ValueError(
-                f"fitness: expected a finite number for every individual, got {checked[worst]} "
-                f"for individual {worst}; attempt a failed trial again instead of grading it"
-            )
-        return checked
+        """See `checked_fitness`."""
+        return checked_fitness(fitness, self.population)
 
     def _filled(self, genomes: Bits) -> Bits:
-        """The genomes in turn until there are ``population`` of them, shape ``(population, L)``.
-
-        Raises:
-            ValueError: there are none, or of another length.
-        """
-        if genomes.ndim != 2 or len(genomes) < 1 or genomes.shape[1] != self.genome_length:
-            raise ValueError(f"genomes: expected shape (n, {self.genome_length}), got {genomes.shape}")
-        filled = np.asarray(genomes, np.uint8)[np.arange(self.population) % len(genomes)]
-        return np.ascontiguousarray(filled)
+        """See `filled_population`."""
+        return filled_population(genomes, self.population, self.genome_length)
 
     def _check_genomes(self, shape: tuple[int, ...]) -> None:
         """Refuse a state of another size, which compiled code would not notice."""
-        if shape != (self.population, self.genome_length):
-            raise ValueError(f"state: expected genomes of shape ({self.population}, {self.genome_length}), got {shape}")
+        check_shape(shape, self.population, self.genome_length)

@@ -6,22 +6,25 @@ Works on a robot on a serial port and on every emulated board alike.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.firmware.flash import check_size
-from sceann_hil.link.client import RobotClient
-from sceann_hil.link.serial_line import meet
-from sceann_hil.link.vocabulary import Mode, Op, Telemetry
+from sceann_hil.firmware.flash import check_size, meet
+from sceann_hil.link.lockstep import run_lockstep
+from sceann_hil.link.messages import LinkEnd
+from sceann_hil.link.session import RobotLink
+from sceann_hil.link.trial import NO_STATE, Follower, Order, TrialLost
+from sceann_hil.link.upload import upload_image
+from sceann_hil.link.vocabulary import Op, Telemetry
 from sceann_hil.network.controller import SENSOR_MAX, state_hash
 from sceann_hil.network.image import ControllerImage
+from sceann_hil.robot import EndReason, LinkError
 
-HEARTBEAT_S = 0.05
-HEARTBEAT_STEPS = 20
+TRIES = 5
+"""Of one sequence, before the line counts as broken."""
 Sensors = NDArray[np.uint16]
 """One sequence of wire values, shape ``(n_steps, n_sensors)``."""
 
@@ -84,7 +87,7 @@ def random_sequences(
 
 
 def verify(
-    client: RobotClient,
+    link: RobotLink,
     image: ControllerImage,
     sequences: Iterable[Sensors],
     place: str = "the board",
@@ -92,8 +95,10 @@ def verify(
 ) -> Verification:
     """Runs every sequence on the board and on the reference until the first difference.
 
+    A sequence that the line spoilt, or that a busy computer was too slow for, is run again.
+
     Args:
-        client: the board's line.
+        link: to the board.
         image: the controller.
         sequences: sensors, recorded or random.
         place: what to call the board in messages.
@@ -104,14 +109,25 @@ def verify(
         LinkError: it stopped answering or refuses.
     """
     check_size(image)
-    meet(client, place)
-    client.upload(image)
-    trial_id = client.request(Op.LAST)["LastTrialId"]
+    meet(link, place)
+    upload_image(link, image)
+    trial_id = link.last().trial_id
     steps = 0
     count = 0
     for count, sensors in enumerate(sequences, 1):
-        trial_id = trial_id % 0xFFFF + 1
-        difference = _verify_one(client, image, sensors, trial_id, count - 1)
+        difference = None
+        for attempt in range(TRIES):
+            trial_id = trial_id % 0xFFFF + 1
+            try:
+                difference = _verify_one(link, image, sensors, trial_id, count - 1)
+                break
+            except LinkError:
+                if attempt + 1 == TRIES:
+                    raise
+                link.hello()
+                link.request(Op.STOP)
+                link.request(Op.CLEAR)
+                upload_image(link, image)
         steps += len(sensors) if difference is None else min(difference.step + 1, len(sensors))
         if difference is not None:
             return Verification(count, steps, steps * image.size.n_neurons, difference)
@@ -120,27 +136,49 @@ def verify(
     return Verification(count, steps, steps * image.size.n_neurons, None)
 
 
+class _Recorded:
+    """A body that says what it is told to say, whatever the motors do."""
+
+    def __init__(self, sensors: Sensors) -> None:
+        self.state = np.zeros(0, np.float32)
+        self._rows = iter(sensors)
+
+    def sense(self) -> NDArray[np.uint16]:
+        """The next row."""
+        return next(self._rows)
+
+    def move(self, motors: tuple[int, ...]) -> EndReason | None:
+        """It never arrives anywhere."""
+        return None
+
+
 def _verify_one(
-    client: RobotClient, image: ControllerImage, sensors: Sensors, trial_id: int, sequence: int
+    link: RobotLink, image: ControllerImage, sensors: Sensors, trial_id: int, sequence: int
 ) -> Difference | None:
-    size, controller = image.size, image.controller()
-    client.start(trial_id, len(sensors), Mode.HIL, telemetry=Telemetry.STATES)
-    crc, beat = 0xFFFF, time.monotonic()
-    for step, row in enumerate(sensors):
-        if step % HEARTBEAT_STEPS == 0 or time.monotonic() - beat > HEARTBEAT_S:
-            client.heartbeat()
-            beat = time.monotonic()
-        states, motors, low_hash = client.hil_step(step, row, size.n_neurons, size.n_motors)
-        expected_motors = controller.step(row)
+    size = image.size
+    order = Order(trial_id, len(sensors), 0.02, size.n_sensors, size.n_motors, size.n_neurons)
+    follower, _ = run_lockstep(link, order, _Recorded(sensors), telemetry=Telemetry.STATES)
+    end = follower.end
+    if end is None or end.reason is not LinkEnd.MAX_TICKS:
+        raise TrialLost(f"sequence {sequence}: the board ended it ({'silent' if end is None else end.reason.name})")
+    if (follower.neurons == NO_STATE).any():
+        raise TrialLost(f"sequence {sequence}: the line lost a part of the states")
+    return _first_difference(follower, image, end.state_hash, sequence)
+
+
+def _first_difference(follower: Follower, image: ControllerImage, final_hash: int, sequence: int) -> Difference | None:
+    """What the reference computes, step by step, against everything that the board told."""
+    controller, crc = image.controller(), 0xFFFF
+    for step, row in enumerate(follower.sensors):
+        motors = controller.step(row)
         crc = state_hash(controller.u, crc)
+        states = follower.neurons[step]
         if not np.array_equal(states, controller.u):
-            client.request(Op.STOP)
             return Difference(sequence, step, tuple(controller.u.tolist()), tuple(states.tolist()))
-        if not np.array_equal(motors, expected_motors) or low_hash != crc & 0xFF:
-            client.request(Op.STOP)
-            expected, got = (*expected_motors.tolist(), crc & 0xFF), (*motors.tolist(), low_hash)
+        if not np.array_equal(follower.motors[step], motors) or follower.hash_bytes[step] != crc & 0xFF:
+            expected = (*motors.tolist(), crc & 0xFF)
+            got = (*follower.motors[step].tolist(), int(follower.hash_bytes[step]))
             return Difference(sequence, step, expected, got)
-    end = client.expect("End")
-    if end["StateHash"] != crc:
-        return Difference(sequence, len(sensors), (crc,), (end["StateHash"],))
+    if final_hash != crc:
+        return Difference(sequence, len(follower.sensors), (crc,), (final_hash,))
     return None

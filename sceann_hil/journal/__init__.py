@@ -7,7 +7,15 @@ second writer away.
 from sceann_hil.journal.entries import AttemptKind, Circumstances, FirstGeneration, Slots
 from sceann_hil.journal.lock import LOCK_NAME, RunLock
 from sceann_hil.journal.reader import JournalReader, trial_arrays
-from sceann_hil.journal.rows import AttemptRow, GenerationRow, IndividualRow, RunRow, SessionRow, SpentRow
+from sceann_hil.journal.rows import (
+    AttemptRow,
+    GenerationRow,
+    IndividualRow,
+    MeasurementRow,
+    RunRow,
+    SessionRow,
+    SpentRow,
+)
 from sceann_hil.journal.schema import JOURNAL_NAME, SCHEMA_VERSION
 from sceann_hil.journal.writer import Journal
 
@@ -23,6 +31,7 @@ __all__ = [
     "IndividualRow",
     "Journal",
     "JournalReader",
+    "MeasurementRow",
     "RunLock",
     "RunRow",
     "SessionRow",

@@ -44,6 +44,15 @@ def row_checksums(columns: Sequence[Column], n: int) -> list[int]:
     return checksums
 
 
+def first_wrong(rows: Sequence[tuple[Any, ...]]) -> tuple[Any, ...] | None:
+    """The first row that its last column is not the checksum of; None if there is none."""
+    if len(rows) < 8:
+        return next((row for row in rows if row_checksum(row[:-1]) != row[-1]), None)
+    *columns, stored = zip(*rows, strict=True)
+    pairs = zip(rows, stored, row_checksums(columns, len(rows)), strict=True)
+    return next((row for row, known, now in pairs if known != now), None)
+
+
 def row_checksum(row: Sequence[Any]) -> int:
     """The checksum of one row."""
     mixed = int(_BASIS)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sqlite3
 import time
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from typing import Any
 
@@ -15,7 +15,14 @@ from sceann_hil.journal.schema import columns_of
 from sceann_hil.network.coding import Bits, genome_to_hex
 
 
-def insert_row(db: sqlite3.Connection, table: str, row: Sequence[Any], *, replace: bool = False) -> None:
+def insert_row(
+    db: sqlite3.Connection,
+    table: str,
+    row: Sequence[Any],
+    *,
+    replace: bool = False,
+    columns_of: Callable[[str], list[str]] = columns_of,
+) -> None:
     """One row, or in the place of the one with the same key."""
     columns = columns_of(table)
     db.execute(

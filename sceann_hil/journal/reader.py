@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from sceann_hil.errors import NotARun, RunIsDamaged, way_out_of_damage
 from sceann_hil.journal import schema1
 from sceann_hil.journal.attempts import attempt_row, attempt_rows
-from sceann_hil.journal.checksums import row_checksum, row_checksums
+from sceann_hil.journal.checksums import first_wrong
 from sceann_hil.journal.database import DatabaseKind, open_database, understood
 from sceann_hil.journal.entries import AttemptKind
 from sceann_hil.journal.measured import unpack_measured
@@ -354,17 +354,9 @@ class JournalReader:
 
     def _compare(self, table: str, rows: list[tuple[Any, ...]]) -> None:
         with understood(self.path):
-            if len(rows) < 8:
-                wrong = [row for row in rows if row_checksum(row[:-1]) != row[-1]]
-            else:
-                *columns, stored = zip(*rows, strict=True)
-                wrong = [
-                    row
-                    for row, known, now in zip(rows, stored, row_checksums(columns, len(rows)), strict=True)
-                    if known != now
-                ]
-        if wrong:
-            raise self.damaged(f"{_place(table, wrong[0])} is not as it was written")
+            wrong = first_wrong(rows) if rows else None
+        if wrong is not None:
+            raise self.damaged(f"{_place(table, wrong)} is not as it was written")
 
     def _attempts(self, where: str, *values: Any) -> list[AttemptRow]:
         rows = self.rows("attempt", where, *values)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
@@ -80,3 +81,14 @@ def file_sha256(path: Path) -> str:
     """SHA-256 of a file, hexadecimal."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def is_untouched(path: Path) -> bool:
+    """True while a database is byte for byte as the last process that wrote to it left it."""
+    seal = Seal.read(path)
+    if seal is None or seal.sha256 is None:
+        return False
+    log = path.with_name(f"{path.name}-wal")
+    with suppress(OSError):
+        return not (log.exists() and log.stat().st_size) and file_sha256(path) == seal.sha256
+    return False

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import sqlite3
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from sceann_hil.journal.database import understood
 from sceann_hil.journal.digests import begun_digest, digest_before, finished_digest
 from sceann_hil.journal.reader import JournalReader, journal_path
 from sceann_hil.journal.schema import SCHEMA_VERSION
-from sceann_hil.journal.seal import Seal, file_sha256
+from sceann_hil.journal.seal import is_untouched
 
 _MOST_COMPLAINTS_OF_SQLITE = 20
 _SMALL_TABLES = ("run", "start", "session", "measurement", "event")
@@ -58,7 +58,7 @@ def examine(directory: Path) -> Verdict:
         NotARun, RunIsNewer, CannotRead: there is nothing to look at.
     """
     path = journal_path(directory)
-    untouched = _is_untouched(path)
+    untouched = is_untouched(path)
     damage: list[str] = []
     try:
         reader = JournalReader(directory)
@@ -70,7 +70,7 @@ def examine(directory: Path) -> Verdict:
             return Verdict(tuple(damage))
         reader = JournalReader(directory, reader.database)  # rows are compared all the same
     try:
-        damage += _complaints_of_sqlite(reader)
+        damage += complaints_of_sqlite(reader.database, reader.path)
         if reader.schema_version < SCHEMA_VERSION:
             finished = len(reader.generations(finished=True)) if not damage else 0
             return Verdict(tuple(damage), finished, has_checksums=False)
@@ -97,7 +97,7 @@ def require_sound(directory: Path) -> None:
     Raises:
         RunIsDamaged: with the place, and the last generation that is sound.
     """
-    if _is_untouched(journal_path(directory)):
+    if is_untouched(journal_path(directory)):
         return
     verdict = examine(directory)
     if verdict.damage:
@@ -107,26 +107,17 @@ def require_sound(directory: Path) -> None:
         )
 
 
-def _is_untouched(path: Path) -> bool:
-    seal = Seal.read(path)
-    if seal is None or seal.sha256 is None:
-        return False
-    log = path.with_name(f"{path.name}-wal")
-    with suppress(OSError):
-        return not (log.exists() and log.stat().st_size) and file_sha256(path) == seal.sha256
-    return False
-
-
-def _complaints_of_sqlite(reader: JournalReader) -> Iterator[str]:
+def complaints_of_sqlite(db: sqlite3.Connection, path: Path, what: str = "journal") -> Iterator[str]:
+    """What SQLite's own checks say, one line each."""
     for question, meaning in (
         (f"PRAGMA main.integrity_check({_MOST_COMPLAINTS_OF_SQLITE})", "SQLite's check"),
         ("PRAGMA main.foreign_key_check", "a row refers to one that is missing"),
     ):
         try:
-            with understood(reader.path):
-                for row in reader.database.execute(question).fetchall():
+            with understood(path, what):
+                for row in db.execute(question).fetchall():
                     if row[0] != "ok":
-                        yield f"{reader.path} is damaged: {meaning}: {', '.join(map(str, row))}"
+                        yield f"{path} is damaged: {meaning}: {', '.join(map(str, row))}"
         except RunIsDamaged as error:
             yield error.message
 

@@ -281,7 +281,7 @@ class Journal:
         """
         self._session_began_s = time.monotonic()
         versions = versions or running_versions()
-        self._compare_versions(versions, body)
+        self._compare_versions(robot, versions, body)
         with self._transaction:
             row = (
                 *(1 + self.reader.one("SELECT coalesce(max(id), 0) FROM session")[0], now_text(), robot, operators),
@@ -325,13 +325,13 @@ class Journal:
 
     # -- details ----------------------------------------------------------------------------------------------------
 
-    def _compare_versions(self, versions: dict[str, str], body: str | None) -> None:
+    def _compare_versions(self, robot: str, versions: dict[str, str], body: str | None) -> None:
         sessions = self.reader.sessions()
         before = sessions[-1] if sessions else None
         if before is None:
             return
         others = version_differences(before.versions, versions)
-        if None not in (before.body, body) and before.body != body:
+        if before.robot == robot and None not in (before.body, body) and before.body != body:
             others.append(f"simulated body: its code was {before.body} before, is {body} now")
         if not others:
             return

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from enum import IntFlag
 from typing import Self
 
-from sceann_hil.link.vocabulary import LINK_VERSION
+from sceann_hil.link.numbers import LINK_VERSION
 from sceann_hil.network.controller import ARITHMETIC_ID
 from sceann_hil.robot import LinkError
 
 PAGES = 7
+UNIQUE_ID_PAGE = 3
 
 
 class Capability(IntFlag):
@@ -27,6 +28,8 @@ class Capability(IntFlag):
     WATCHDOG = 0x10
     BATTERY = 0x20
     BUMPER = 0x40
+    BUTTON = 0x80
+    """A start button."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +50,7 @@ class Descriptor:
         tick_min_s: shortest control period.
         tick_max_s: longest control period.
         capabilities: what the board can do.
+        node: the number that it answers to.
     """
 
     name: str
@@ -62,6 +66,7 @@ class Descriptor:
     tick_min_s: float
     tick_max_s: float
     capabilities: Capability
+    node: int = 1
 
     @classmethod
     def from_pages(cls, pages: dict[int, bytes]) -> Self:
@@ -71,7 +76,7 @@ class Descriptor:
             KeyError: a page is missing.
         """
         link_version, n_sensors, n_motors, arithmetic_id = struct.unpack("<BBBI", pages[0])
-        major, minor, patch, capabilities, _, _ = struct.unpack("<BBBHBB", pages[1])
+        major, minor, patch, capabilities, node, _ = struct.unpack("<BBBHBB", pages[1])
         max_sensors, max_motors, max_sources, tick_min, tick_max = struct.unpack("<BBBHH", pages[2])
         name = b"".join(pages[page] for page in (4, 5, 6))
         return cls(
@@ -88,6 +93,7 @@ class Descriptor:
             tick_min_s=tick_min * 1e-4,
             tick_max_s=tick_max * 1e-4,
             capabilities=Capability(capabilities),
+            node=node,
         )
 
     def check_versions(self) -> None:

@@ -2,7 +2,7 @@
 
 Whoever holds the line sends the heartbeats. Between trials that is a thread; during a trial and a request it is
 `RobotLine.receive`, so that a host whose loop is stuck falls silent and the robot stops by itself within its 300 ms
-deadline. All times are monotonic.
+deadline. All times are those of the bus: monotonic, and of an emulated chip its own.
 """
 
 from __future__ import annotations
@@ -19,16 +19,21 @@ from typing import NamedTuple
 import can
 
 from sceann_hil.link.messages import End, Event, Heartbeat, host_heartbeat, identifier, pack_command
+from sceann_hil.link.numbers import HEARTBEAT_S
 from sceann_hil.link.statistics import LinkStatistics
 from sceann_hil.link.vocabulary import EventCode, Function, Op, State
 from sceann_hil.robot import LinkError
 
-HEARTBEAT_S = 0.1
 STOP_SEQUENCE = 0
 ESTOP_FRAMES = 3
 """Nothing acknowledges an emergency stop, so it is sent this often."""
 HEARD_S = 0.25
 """A host that has not heard its robot for so long in a trial is silent too: the line may be broken one way only."""
+
+
+def is_ours(message: can.Message) -> bool:
+    """A classic data frame with an 11-bit identifier: the link has no others, whatever else is on the bus."""
+    return not (message.is_extended_id or message.is_remote_frame or message.is_error_frame or message.is_fd)
 
 
 class LinkDown(LinkError):
@@ -77,14 +82,19 @@ class RobotLine:
         self.last_end: End | None = None
         self.stop_wanted = False
         self._bus = bus
+        self._clock: Callable[[], float] = getattr(bus, "now_s", time.monotonic)
         self._lock = threading.RLock()
         self._trial_id = 0
         self._listener: Callable[[Incoming], None] | None = None
-        self._heard_s = time.monotonic()
+        self._heard_s = self._clock()
         self._in_charge = False
         self._beat_due_s = 0.0
         self._closing = threading.Event()
         self._keeper: threading.Thread | None = None
+
+    def now_s(self) -> float:
+        """The clock by which this line waits: monotonic, or a simulated chip's own."""
+        return self._clock()
 
     # -- messages ---------------------------------------------------------------------------------------------------
 
@@ -111,7 +121,7 @@ class RobotLine:
         """
         self.stop_wanted = True
         with contextlib.suppress(LinkDown):
-            self.send(Function.COMMAND, pack_command(Op.STOP, STOP_SEQUENCE))
+            self.send(Function.COMMAND, pack_command(Op.STOP, STOP_SEQUENCE, self.session))
 
     def emergency_stop(self) -> None:
         """Send the latched stop of all robots, several times, because nothing acknowledges it; never raises.
@@ -134,9 +144,9 @@ class RobotLine:
             return self._receive(timeout_s)
 
     def _receive(self, timeout_s: float) -> Incoming | None:
-        deadline = time.monotonic() + timeout_s
+        deadline = self._clock() + timeout_s
         while True:
-            now = time.monotonic()
+            now = self._clock()
             if self._in_charge and now >= self._beat_due_s:
                 self._beat(now)
             wait_s = max(0.0, min(deadline - now, self._beat_due_s - now if self._in_charge else HEARTBEAT_S))
@@ -144,7 +154,7 @@ class RobotLine:
                 message = self._bus.recv(wait_s)
             except (can.CanError, OSError, ValueError) as error:
                 raise LinkDown(f"the link is gone: {error}") from error
-            if message is not None and not message.is_error_frame and not message.is_extended_id:
+            if message is not None and is_ours(message):
                 if message.arbitration_id & 0x7F == self.node:
                     self.statistics.received += 1
                     incoming = Incoming(message.arbitration_id & 0x780, bytes(message.data))
@@ -155,12 +165,12 @@ class RobotLine:
                         self.statistics.foreign += 1
                         continue
                     return incoming
-            elif message is None and time.monotonic() >= deadline:
+            elif message is None and self._clock() >= deadline:
                 return None
 
     def _note(self, incoming: Incoming) -> None:
         """Keep what is of interest whoever asked."""
-        self._heard_s = time.monotonic()
+        self._heard_s = self._clock()
         if self._listener is not None:
             self._listener(incoming)
         function, data = incoming
@@ -180,7 +190,7 @@ class RobotLine:
     @property
     def silence_s(self) -> float:
         """Time since the robot was last heard."""
-        return time.monotonic() - self._heard_s
+        return self._clock() - self._heard_s
 
     def _beat(self, now_s: float) -> None:
         if self._trial_id and now_s - self._heard_s > HEARD_S:
@@ -196,6 +206,8 @@ class RobotLine:
         """Send heartbeats from now on, whoever holds the line."""
         with self._lock:
             self._in_charge, self._beat_due_s = True, 0.0
+            if getattr(self._bus, "own_clock", False):
+                return  # its time stands still while nobody reads: there is nothing to keep alive
             if self._keeper is None or not self._keeper.is_alive():
                 self._keeper = threading.Thread(target=self._keep, name="heartbeat", daemon=True)
                 self._keeper.start()

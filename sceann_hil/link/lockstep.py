@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import time
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sceann_hil.link.messages import pack_sensors, unpack_drive
+from sceann_hil.link.numbers import SENSORS_PER_PAGE
 from sceann_hil.link.session import RobotLink
 from sceann_hil.link.trial import Follower, Order, TrialLost, begin, check, wait_for_end
-from sceann_hil.link.vocabulary import SENSORS_PER_PAGE, Function, Mode, Op, Telemetry
+from sceann_hil.link.vocabulary import Function, Mode, Op, Telemetry
 from sceann_hil.robot import EndReason, TrialObserver
 
 ANSWER_S = 0.1
@@ -33,7 +33,11 @@ class Body(Protocol):
 
 
 def run_lockstep(
-    link: RobotLink, order: Order, body: Body, observer: TrialObserver | None = None
+    link: RobotLink,
+    order: Order,
+    body: Body,
+    observer: TrialObserver | None = None,
+    telemetry: Telemetry = Telemetry.NONE,
 ) -> tuple[Follower, NDArray[np.float32]]:
     """Run one trial to its end.
 
@@ -47,7 +51,7 @@ def run_lockstep(
     follower = Follower(order)
     states = np.zeros((order.max_ticks + 1, len(body.state)), np.float32)
     with link.exclusive(order.trial_id), link.listening(follower.take):
-        begin(link, order, Mode.HIL, Telemetry.NONE)
+        begin(link, order, Mode.HIL, telemetry)
         follower.begun()
         states[0] = body.state
         tick = moved = 0
@@ -79,21 +83,20 @@ def _step(link: RobotLink, follower: Follower, tick: int, sensors: list[int]) ->
     """One lock-step; None if the robot ended the trial instead of answering."""
     page = pack_sensors(sensors[:SENSORS_PER_PAGE], tick)
     second = pack_sensors(sensors[SENSORS_PER_PAGE:], tick) if len(sensors) > SENSORS_PER_PAGE else None
-    length = 2 + 2 * follower.order.n_motors
-    first_sent_s = time.monotonic()
+    first_sent_s = link.now_s()
     while True:
-        sent_s = time.monotonic()
+        sent_s = link.now_s()
         link.send(Function.SENSE_IN, page)
         if second is not None:
             link.send(Function.SENSE_IN_PAGE2, second)
-        while (left_s := sent_s + ANSWER_S - time.monotonic()) > 0:
+        while (left_s := sent_s + ANSWER_S - link.now_s()) > 0:
             incoming = link.receive(left_s)
             if incoming is None:
                 break
-            if incoming.function == Function.DRIVE and len(incoming.data) == length:
-                bits, _, motors = unpack_drive(incoming.data)
+            if incoming.function == Function.DRIVE and len(incoming.data) == 8:
+                bits, _, motors = unpack_drive(incoming.data, follower.order.n_motors)
                 if bits == tick & 255:
-                    link.statistics.round_trips.add(time.monotonic() - first_sent_s)
+                    link.statistics.round_trips.add(link.now_s() - first_sent_s)
                     return motors
             elif follower.end is not None and follower.end.ticks <= tick:
                 return None
@@ -101,6 +104,6 @@ def _step(link: RobotLink, follower: Follower, tick: int, sensors: list[int]) ->
             # the robot ended the trial and its END was lost
             return None
         check(link, follower)
-        if time.monotonic() - first_sent_s > 20 * ANSWER_S:
+        if link.now_s() - first_sent_s > 20 * ANSWER_S:
             raise TrialLost(f"step {tick}: the robot is there but does not answer")
         link.statistics.retries += 1

@@ -11,7 +11,9 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Self
 
-from sceann_hil.link.vocabulary import CHUNK_BYTES, LINK_VERSION, MAX_MOTORS, Function, Mode, Op, Telemetry
+from sceann_hil.link.numbers import CHUNK_BYTES, LINK_VERSION, MAX_MOTORS
+from sceann_hil.link.vocabulary import Function, Mode, Op, StoreAction, Telemetry
+from sceann_hil.network.image import CODING_NUMBER, NEURON_NUMBER, ControllerImage
 from sceann_hil.robot import EndReason
 
 NO_HASH = 0xFFFF
@@ -34,17 +36,20 @@ class LinkEnd(IntEnum):
     """Begun, no end known: the robot lost power."""
 
 
-_HELLO = struct.Struct("<BHI")
-_COMMIT = struct.Struct("<IHx")
-_START = struct.Struct("<HHHB")
-_STORE = struct.Struct("<BHxxxx")
+_COMMAND = struct.Struct("<B5sH")
+_HELLO = struct.Struct("<BI")
+_LOAD = struct.Struct("<BBBH")
+_COMMIT = struct.Struct("<Ix")
+_ARM = struct.Struct("<Hxxx")
+_START = struct.Struct("<HHB")
+_STORE = struct.Struct("<BHxx")
 _EVENT = struct.Struct("<BBHHH")
 _END = struct.Struct("<HBHH")
 _HEARTBEAT = struct.Struct("<BIHB")
 _HOST_HEARTBEAT = struct.Struct("<BHH")
 _NEURON_STATES = struct.Struct("<BBhhh")
 _SENSORS = struct.Struct("<Q")
-_DRIVE = [struct.Struct(f"<BB{n}H") for n in range(MAX_MOTORS + 1)]
+_DRIVE = struct.Struct(f"<BB{MAX_MOTORS}H")
 
 
 def identifier(function: Function, node: int) -> int:
@@ -75,15 +80,15 @@ def unpack_sensors(data: bytes) -> tuple[int, tuple[int, int, int, int, int, int
     )
 
 
-def pack_drive(tick: int, state_hash: int, motors: Sequence[int]) -> bytes:
-    """DRIVE_IN (or DRIVE): the low 8 bits of tick and hash, and up to 3 motor values in Q10."""
-    return _DRIVE[len(motors)].pack(tick & 255, state_hash & 255, *motors)
+def pack_drive(tick: int, low_byte: int, motors: Sequence[int]) -> bytes:
+    """DRIVE_IN (or DRIVE): the low 8 bits of the tick and of the session (or the state hash), motor values in Q10."""
+    return _DRIVE.pack(tick & 255, low_byte & 255, *motors, *(0,) * (MAX_MOTORS - len(motors)))
 
 
-def unpack_drive(data: bytes) -> tuple[int, int, tuple[int, ...]]:
-    """Low 8 bits of the tick, low 8 bits of the state hash, motors in Q10."""
-    tick, state_hash, *motors = _DRIVE[(len(data) - 2) // 2].unpack_from(data)
-    return tick, state_hash, tuple(motors)
+def unpack_drive(data: bytes, n_motors: int) -> tuple[int, int, tuple[int, ...]]:
+    """Low 8 bits of the tick, low 8 bits of the state hash, `n_motors` motors in Q10."""
+    tick, low_byte, *motors = _DRIVE.unpack(data)
+    return tick, low_byte, tuple(motors[:n_motors])
 
 
 def unpack_states(data: bytes) -> tuple[int, int, tuple[int, int, int]]:
@@ -97,29 +102,51 @@ def pack_chunk(index: int, chunk: bytes) -> bytes:
     return bytes((index,)) + chunk.ljust(CHUNK_BYTES, b"\0")
 
 
-def pack_command(op: Op, sequence: int, arguments: bytes = b"") -> bytes:
-    """COMMAND with at most seven bytes of arguments."""
-    return bytes((op | sequence << 4,)) + arguments.ljust(7, b"\0")
+def pack_command(op: Op, sequence: int, session: int, arguments: bytes = b"") -> bytes:
+    """COMMAND with at most five bytes of arguments."""
+    return _COMMAND.pack(op | sequence << 4, arguments, session)
 
 
-def hello_arguments(session: int, arithmetic_id: int) -> bytes:
-    """HELLO: session 1..65535, drawn anew by every host process."""
-    return _HELLO.pack(LINK_VERSION, session, arithmetic_id)
+def hello_arguments(arithmetic_id: int) -> bytes:
+    """HELLO: what this host speaks and computes."""
+    return _HELLO.pack(LINK_VERSION, arithmetic_id)
 
 
-def commit_arguments(record_crc: int, initial_output: int) -> bytes:
-    """COMMIT: CRC-32 of the genome record, and x_i(0) in Q10."""
-    return _COMMIT.pack(record_crc, initial_output)
+def load_arguments(image: ControllerImage) -> bytes:
+    """LOAD: everything about a network but the bits of its genome."""
+    size, dynamics = image.size, image.dynamics
+    kind = CODING_NUMBER[image.coding] | NEURON_NUMBER[dynamics.neuron] << 4
+    return _LOAD.pack(kind, size.n_sensors | size.n_motors << 4, size.n_hidden, dynamics.initial_output)
 
 
-def start_arguments(trial_id: int, max_ticks: int, tick_s: float, mode: Mode, telemetry: Telemetry) -> bytes:
-    """START: trial id 1..65535, at most `max_ticks` ticks of `tick_s` (resolution 0.1 ms)."""
-    return _START.pack(trial_id, max_ticks, round(tick_s * 10_000), mode | telemetry << 4)
+def commit_arguments(record_crc: int) -> bytes:
+    """COMMIT: CRC-32 of the genome record."""
+    return _COMMIT.pack(record_crc)
 
 
-def store_arguments(action: int, autorun_tick_s: float = 0.0) -> bytes:
-    """STORE: 0 erase, 1 keep, 2 keep and run without a host at `autorun_tick_s`."""
-    return _STORE.pack(action, round(autorun_tick_s * 10_000))
+def wire_period(tick_s: float) -> int:
+    """A control period in the link's unit of 0.1 ms."""
+    return round(tick_s * 10_000)
+
+
+def arm_arguments(tick_s: float) -> bytes:
+    """ARM: the control period of the trial to come; of no account in mode HIL."""
+    return _ARM.pack(wire_period(tick_s))
+
+
+def start_arguments(trial_id: int, max_ticks: int, mode: Mode, telemetry: Telemetry) -> bytes:
+    """START: trial id 1..65535, at most `max_ticks` ticks."""
+    return _START.pack(trial_id, max_ticks, mode | telemetry << 4)
+
+
+def store_arguments(action: StoreAction, autorun_tick_s: float = 0.0) -> bytes:
+    """STORE; the control period is that of `StoreAction.AUTORUN` and `StoreAction.BUTTON`."""
+    return _STORE.pack(action, wire_period(autorun_tick_s))
+
+
+def node_arguments(new_node: int) -> bytes:
+    """NODE: the robot's number from now on, 1..127."""
+    return bytes((new_node,))
 
 
 def host_heartbeat(trial_id: int, session: int) -> bytes:

@@ -8,24 +8,23 @@ from __future__ import annotations
 
 import contextlib
 import io
-import time
-from collections import deque
 from collections.abc import Sequence
 from typing import Any
 
 import can
 import serial
 from can.typechecking import AutoDetectedConfig
-from serial.tools import list_ports
 
-from sceann_hil.link.framing import DELIMITER, Deframer, encode_frame
+from sceann_hil.link.framed_bus import FramedBus
+from sceann_hil.link.framing import DELIMITER
+from sceann_hil.link.ports import port_problem, serial_ports
 
-LARGEST_IDENTIFIER = 0x7FF
+BAUD = 115_200
 WRITE_TIMEOUT_S = 0.2
 
 
-class SceannSerialBus(can.BusABC):
-    """Classic CAN frames with 11-bit identifiers, framed as ``docs/link.md`` says.
+class SceannSerialBus(FramedBus):
+    """A serial port as a bus; see `FramedBus`.
 
     Args:
         channel: serial device or pyserial URL.
@@ -33,10 +32,10 @@ class SceannSerialBus(can.BusABC):
         **kwargs: what every python-can bus takes, such as ``can_filters``.
 
     Raises:
-        can.CanInitializationError: the port cannot be opened.
+        PortProblem: the port cannot be opened; the message says why, and what to do.
     """
 
-    def __init__(self, channel: str, bitrate: int = 115_200, **kwargs: Any) -> None:
+    def __init__(self, channel: str, bitrate: int = BAUD, **kwargs: Any) -> None:
         try:
             self._port = serial.serial_for_url(
                 channel, baudrate=bitrate, timeout=0.0, write_timeout=WRITE_TIMEOUT_S, do_not_open=True
@@ -45,33 +44,23 @@ class SceannSerialBus(can.BusABC):
                 self._port.exclusive = True
             self._port.open()
         except (OSError, ValueError) as error:
-            raise can.CanInitializationError(f"{channel}: cannot open this port ({error})") from error
+            raise port_problem(channel, error) from error
         # adapters with an FTDI chip collect bytes for 16 ms unless they are told not to
         with contextlib.suppress(OSError, ValueError, AttributeError, NotImplementedError):
             self._port.set_low_latency_mode(True)
+        self._leave_dtr_when_closed()
         self.channel_info = f"sceann serial {channel}"
-        self._can_protocol = can.CanProtocol.CAN_20
-        self._deframer = Deframer()
-        self._received: deque[can.Message] = deque()
         super().__init__(channel, **kwargs)
         self._write(DELIMITER)
 
-    @property
-    def broken_frames(self) -> int:
-        """Frames that were dropped because their check failed."""
-        return self._deframer.broken
+    def _leave_dtr_when_closed(self) -> None:
+        """Opening the port again must not reset the board: DTR falls when a port is closed, unless told not to."""
+        with contextlib.suppress(ImportError, OSError, io.UnsupportedOperation, AttributeError):
+            import termios
 
-    def send(self, msg: can.Message, timeout: float | None = None) -> None:
-        """Send a data frame; `timeout` is ignored, a port that takes nothing for 0.2 s is an error.
-
-        Raises:
-            ValueError: extended, remote, error or FD frames: the link has none.
-            can.CanOperationError: the port is gone.
-            can.CanTimeoutError: it takes no bytes.
-        """
-        if msg.is_extended_id or msg.is_remote_frame or msg.is_error_frame or msg.is_fd:
-            raise ValueError(f"message: expected a classic data frame with an 11-bit identifier, got {msg}")
-        self._write(encode_frame(msg.arbitration_id, bytes(msg.data)))
+            settings = termios.tcgetattr(self._port.fileno())
+            settings[2] &= ~termios.HUPCL
+            termios.tcsetattr(self._port.fileno(), termios.TCSANOW, settings)
 
     def _write(self, data: bytes) -> None:
         try:
@@ -80,40 +69,6 @@ class SceannSerialBus(can.BusABC):
             raise can.CanTimeoutError(f"{self.channel_info}: the port takes no bytes") from error
         except (serial.SerialException, OSError, TypeError) as error:
             raise can.CanOperationError(f"{self.channel_info}: cannot write ({error})") from error
-
-    def recv(self, timeout: float | None = None) -> can.Message | None:
-        """The next frame, or None after `timeout` seconds.
-
-        python-can's own `recv` reads the wall clock: set back by an hour it would wait for an hour.
-
-        Raises:
-            can.CanOperationError: the port is gone.
-        """
-        deadline = None if timeout is None else time.monotonic() + timeout
-        while True:
-            message, _ = self._recv_internal(None if deadline is None else max(0.0, deadline - time.monotonic()))
-            if message is None or self._matches_filters(message):
-                return message
-
-    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
-        if self._received:
-            return self._received.popleft(), False
-        deadline = None if timeout is None else time.monotonic() + timeout
-        while True:
-            left = None if deadline is None else max(0.0, deadline - time.monotonic())
-            data = self._read(left)
-            stamp = time.time()
-            for identifier, payload in self._deframer.feed(data):
-                if identifier <= LARGEST_IDENTIFIER:
-                    self._received.append(
-                        can.Message(timestamp=stamp, arbitration_id=identifier, is_extended_id=False, data=payload)
-                    )
-                else:
-                    self._deframer.broken += 1
-            if self._received:
-                return self._received.popleft(), False
-            if deadline is not None and time.monotonic() >= deadline:
-                return None, False
 
     def _read(self, timeout_s: float | None) -> bytes:
         """What has come; waits for the first byte."""
@@ -148,4 +103,4 @@ class SceannSerialBus(can.BusABC):
 
     @staticmethod
     def _detect_available_configs() -> Sequence[AutoDetectedConfig]:
-        return [{"interface": "sceann_serial", "channel": port.device} for port in list_ports.comports()]
+        return [{"interface": "sceann_serial", "channel": port.device} for port in serial_ports()]

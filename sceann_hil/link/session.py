@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import secrets
-import time
 
 import can
 
-from sceann_hil.link.descriptor import PAGES, Descriptor
+from sceann_hil.link.descriptor import PAGES, UNIQUE_ID_PAGE, Descriptor
 from sceann_hil.link.line import RobotLine
 from sceann_hil.link.messages import End, Reply, hello_arguments, pack_command
-from sceann_hil.link.vocabulary import LINK_VERSION, Function, Op, Status
+from sceann_hil.link.numbers import LINK_VERSION
+from sceann_hil.link.vocabulary import Function, Op, Status
 from sceann_hil.network.controller import ARITHMETIC_ID
 from sceann_hil.robot import LinkError
 
@@ -19,10 +19,16 @@ REPLY_S = 0.25
 STORE_REPLY_S = 1.5
 """The same for STORE: an AVR writes its EEPROM at 3.4 ms per byte."""
 TRIES = 6
+SECOND_ROBOT_S = 0.05
+"""How long to wait for another robot's descriptor behind the first."""
 
 
 class NoAnswer(LinkError):
     """The robot is silent."""
+
+
+class TwoRobots(LinkError):
+    """Two robots or more share one node number."""
 
 
 class Refused(LinkError):
@@ -60,20 +66,20 @@ class RobotLink(RobotLine):
         """
         with self.exclusive():
             self._sequence = (self._sequence + 1) % 16
-            command = pack_command(op, self._sequence, arguments)
+            command = pack_command(op, self._sequence, self.session, arguments)
             patience_s = STORE_REPLY_S if op is Op.STORE else REPLY_S
             for attempt in range(tries):
                 self.statistics.retries += attempt > 0
-                sent_s = time.monotonic()
+                sent_s = self.now_s()
                 self.send(Function.COMMAND, command)
-                while (left_s := sent_s + patience_s - time.monotonic()) > 0:
+                while (left_s := sent_s + patience_s - self.now_s()) > 0:
                     incoming = self.receive(left_s)
                     if incoming is None or incoming.function != Function.REPLY or len(incoming.data) != 8:
                         continue
                     reply = Reply.unpack(incoming.data)
                     if (reply.op, reply.sequence) != (op, self._sequence):
                         continue
-                    self.statistics.round_trips.add(time.monotonic() - sent_s)
+                    self.statistics.round_trips.add(self.now_s() - sent_s)
                     if reply.status != Status.OK:
                         raise Refused(op, reply, repeated=attempt > 0)
                     return reply
@@ -89,25 +95,27 @@ class RobotLink(RobotLine):
             NoAnswer: silence for `patience_s`.
             LinkError: it speaks another link version or computes with another arithmetic; another host is in charge.
         """
-        deadline = time.monotonic() + patience_s
+        deadline = self.now_s() + patience_s
         while True:
             try:
                 return self._hello()
             except (NoAnswer, Refused) as error:
                 waiting = not isinstance(error, Refused) or error.status is Status.OTHER_HOST
-                if not waiting or time.monotonic() >= deadline:
+                if not waiting or self.now_s() >= deadline:
                     raise self._explained(error, patience_s) from None
 
     def _hello(self) -> Descriptor:
         with self._lock:
-            pages: dict[int, bytes] = {}
             self.let_go()
-            self.request(Op.HELLO, hello_arguments(self.session, ARITHMETIC_ID), tries=1)
-            deadline = time.monotonic() + REPLY_S
-            while len(pages) < PAGES and (left_s := deadline - time.monotonic()) > 0:
-                incoming = self.receive(left_s)
-                if incoming is not None and incoming.function == Function.DESCRIPTOR and len(incoming.data) == 8:
-                    pages[incoming.data[0]] = incoming.data[1:]
+            self.request(Op.HELLO, hello_arguments(ARITHMETIC_ID), tries=1)
+            pages, ids = self._descriptor_pages()
+            if len(ids) > 1:
+                told = ", ".join(f"{number:014x}" for number in sorted(ids))
+                raise TwoRobots(
+                    f"{len(ids)} robots have node {self.node} (ids {told}) "
+                    "and obey every command together; give each a node of its own: `sceann set-node` with only one of "
+                    "them switched on"
+                )
             if not all(page in pages for page in range(PAGES)):
                 raise NoAnswer("HELLO: the robot's descriptor came only in parts")
             descriptor = Descriptor.from_pages(pages)
@@ -115,12 +123,24 @@ class RobotLink(RobotLine):
             self.take_charge()
         return descriptor
 
+    def _descriptor_pages(self) -> tuple[dict[int, bytes], set[int]]:
+        """The descriptor, and the unique ids of all who sent one: more than one robot may have this node."""
+        pages: dict[int, bytes] = {}
+        ids: set[int] = set()
+        deadline = self.now_s() + REPLY_S
+        while (left_s := deadline - self.now_s()) > 0:
+            incoming = self.receive(left_s)
+            if incoming is not None and incoming.function == Function.DESCRIPTOR and len(incoming.data) == 8:
+                pages[incoming.data[0]] = incoming.data[1:]
+                if incoming.data[0] == UNIQUE_ID_PAGE:
+                    ids.add(int.from_bytes(incoming.data[1:], "little"))
+                if len(pages) == PAGES:
+                    deadline = min(deadline, self.now_s() + SECOND_ROBOT_S)
+        return pages, ids
+
     def _explained(self, error: NoAnswer | Refused, patience_s: float) -> LinkError:
         if isinstance(error, NoAnswer):
-            return NoAnswer(
-                f"no robot answers as node {self.node} within {patience_s:g} s: is it switched on, is this its port, "
-                "does it carry our firmware at this baud rate?"
-            )
+            return NoAnswer(self._why_silent(patience_s))
         if error.status is Status.OTHER_HOST:
             return LinkError("another host is in charge of this robot; stop it first")
         if error.status is Status.LINK_VERSION:
@@ -132,6 +152,20 @@ class RobotLink(RobotLine):
                 f"arithmetic: this host has {ARITHMETIC_ID:08x}, the robot {theirs:08x}; flash current firmware"
             )
         return error
+
+    def _why_silent(self, patience_s: float) -> str:
+        came = getattr(self._bus, "bytes_received", 0)
+        if self.statistics.received:
+            return f"node {self.node} sends, but does not answer: check the line towards the robot"
+        if came and not getattr(self._bus, "frames_received", 1):
+            return (
+                f"something else than sceann's firmware sends here ({came} bytes, no frame of ours): "
+                "flash the board (`sceann flash`), or give the right baud rate"
+            )
+        return (
+            f"silence: no robot answers as node {self.node} within {patience_s:g} s; is it switched on, "
+            "is this its port, does it carry our firmware at this baud rate? A new board has to be flashed first"
+        )
 
     def last(self) -> End:
         """The last trial that the robot remembers, also from before its power was off.

@@ -6,7 +6,7 @@ from sceann_hil.link.messages import pack_drive
 from sceann_hil.link.session import RobotLink
 from sceann_hil.link.trial import Follower, Order, TrialLost, Watch, begin, check, wait_for_end
 from sceann_hil.link.vocabulary import Function, Mode, Op, Telemetry
-from sceann_hil.network.controller import Controller, state_hash
+from sceann_hil.network.controller import Controller
 from sceann_hil.robot import TrialObserver
 
 
@@ -26,7 +26,7 @@ def run_tethered(
     """
     follower = Follower(order, watch, observer)
     controller.reset()
-    crc, tick = 0xFFFF, 0
+    tick = 0
     with link.exclusive(order.trial_id), link.listening(follower.take):
         begin(link, order, Mode.TETHERED, Telemetry.NONE)
         follower.begun()
@@ -41,8 +41,7 @@ def run_tethered(
                 link.request(Op.STOP)
                 break
             motors = controller.step(follower.sensors[tick])
-            crc = state_hash(controller.u, crc)
-            link.send(Function.DRIVE_IN, pack_drive(tick, crc, motors.tolist()))
+            link.send(Function.DRIVE_IN, pack_drive(tick, link.session, motors.tolist()))
             tick += 1
         follower.end = wait_for_end(link, follower)
     return follower

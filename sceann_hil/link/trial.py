@@ -10,13 +10,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sceann_hil.link.line import Incoming
-from sceann_hil.link.messages import End, Event, Heartbeat, LinkEnd, start_arguments, unpack_drive, unpack_sensors
+from sceann_hil.link.messages import (
+    End,
+    Event,
+    Heartbeat,
+    LinkEnd,
+    arm_arguments,
+    start_arguments,
+    unpack_drive,
+    unpack_sensors,
+    unpack_states,
+)
+from sceann_hil.link.numbers import SENSORS_PER_PAGE
 from sceann_hil.link.session import Refused, RobotLink
-from sceann_hil.link.vocabulary import SENSORS_PER_PAGE, EventCode, Function, Mode, Op, State, Status, Telemetry
+from sceann_hil.link.vocabulary import EventCode, Function, Mode, Op, State, Status, Telemetry
 from sceann_hil.robot import UNKNOWN_STATE, EndReason, LinkError, TrialObserver
 
 SILENCE_S = 1.0
 """A robot that was not heard for so long during a trial is lost; by then it has stopped by itself."""
+
+
+NO_STATE = -0x8000
+"""No neuron state: they lie within -8192..8192."""
 
 
 ALARM_S = 0.5
@@ -37,6 +52,7 @@ class Order:
         tick_s: control period.
         n_sensors: of the network.
         n_motors: of the network.
+        n_neurons: of the network, if the robot is to send its states.
     """
 
     trial_id: int
@@ -44,6 +60,7 @@ class Order:
     tick_s: float
     n_sensors: int
     n_motors: int
+    n_neurons: int = 0
 
 
 Watch = Callable[[NDArray[np.uint16]], EndReason | None]
@@ -59,6 +76,7 @@ class Follower:
         heard_s: when the robot's sensors of each tick came, monotonic, shape ``(max_ticks,)``; NaN where they did not.
         hash_bytes: low byte of the state hash after each tick, -1 where DRIVE did not come.
         motors: Q10, shape ``(max_ticks, n_motors)``, valid where `hash_bytes` is.
+        neurons: states u, int16 Q10, shape ``(max_ticks, n_neurons)``; `NO_STATE` where they did not come.
         newest: the newest tick whose sensors are known; -1 before the first.
         end: what the robot said last.
         task_end: why the task ended, and in which tick, where `watch` says so.
@@ -76,6 +94,7 @@ class Follower:
         self.heard_s = np.full(order.max_ticks, np.nan)
         self.hash_bytes = np.full(order.max_ticks, -1, np.int16)
         self.motors = np.zeros((order.max_ticks, order.n_motors), np.int16)
+        self.neurons = np.full((order.max_ticks, order.n_neurons), NO_STATE, np.int16)
         self.newest = -1
         self.end: End | None = None
         self.task_end: tuple[EndReason, int] | None = None
@@ -100,12 +119,18 @@ class Follower:
             tick = self._tick(data[7] >> 4, 16, self.newest)
             if self._first_page is not None and self._first_page[0] == tick:
                 self._sensed(tick, self._first_page[1] + unpack_sensors(data)[1])
-        elif function == Function.DRIVE and len(data) == 2 + 2 * self.order.n_motors:
-            bits, hash_byte, motors = unpack_drive(data)
+        elif function == Function.DRIVE and len(data) == 8:
+            bits, hash_byte, motors = unpack_drive(data, self.order.n_motors)
             tick = self._tick(bits, 256, self._newest_drive)
             if 0 <= tick < self.order.max_ticks:
                 self.hash_bytes[tick], self.motors[tick] = hash_byte, motors
                 self._newest_drive = max(self._newest_drive, tick)
+        elif function == Function.NEURON_STATES and len(data) == 8 and self.order.n_neurons:
+            first, bits, states = unpack_states(data)
+            tick = self._tick(bits, 256, self._newest_drive)
+            if 0 <= tick < self.order.max_ticks:
+                told = self.neurons[tick, first : first + 3]
+                told[:] = states[: len(told)]
         elif function == Function.END and len(data) == 7:
             end = End.unpack(data)
             if end.trial_id == self.order.trial_id and end.reason is not LinkEnd.UNFINISHED:
@@ -158,9 +183,9 @@ def begin(link: RobotLink, order: Order, mode: Mode, telemetry: Telemetry) -> No
         TrialLost: the robot remembers another trial of this number.
         Refused, NoAnswer, LinkDown: see `RobotLink.request`.
     """
-    _arm(link)
+    _arm(link, order.tick_s)
     try:
-        link.request(Op.START, start_arguments(order.trial_id, order.max_ticks, order.tick_s, mode, telemetry))
+        link.request(Op.START, start_arguments(order.trial_id, order.max_ticks, mode, telemetry))
     except Refused as refused:
         if refused.status is not Status.ALREADY_RUN:
             raise
@@ -168,15 +193,15 @@ def begin(link: RobotLink, order: Order, mode: Mode, telemetry: Telemetry) -> No
             raise TrialLost(f"the robot already ran a trial {order.trial_id}") from None
 
 
-def _arm(link: RobotLink) -> None:
+def _arm(link: RobotLink, tick_s: float) -> None:
     """ARM, with patience for a switch that was released a moment ago."""
-    deadline = time.monotonic() + ALARM_S
+    deadline = link.now_s() + ALARM_S
     while True:
         try:
-            link.request(Op.ARM)
+            link.request(Op.ARM, arm_arguments(tick_s))
             return
         except Refused as refused:
-            if refused.status is not Status.ALARM or time.monotonic() >= deadline:
+            if refused.status is not Status.ALARM or link.now_s() >= deadline:
                 raise
         link.receive(0.02)
 

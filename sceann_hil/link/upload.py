@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from sceann_hil.link.messages import commit_arguments, pack_chunk
+from sceann_hil.link.messages import commit_arguments, load_arguments, pack_chunk
+from sceann_hil.link.numbers import CHUNK_BYTES
 from sceann_hil.link.session import NoAnswer, Refused, RobotLink
-from sceann_hil.link.vocabulary import CHUNK_BYTES, Function, Op, Status
+from sceann_hil.link.vocabulary import Function, Op, Status
 from sceann_hil.network.coding import Bits, Coding, NetworkSize, Weights
 from sceann_hil.network.controller import Dynamics
 from sceann_hil.network.image import ControllerImage
@@ -29,16 +30,24 @@ def upload(link: RobotLink, weights: Weights, size: NetworkSize, dynamics: Dynam
         NoAnswer, Refused, LinkDown: see `RobotLink.request`.
     """
     coding, bits = shortest_genome(weights, size)
-    image = ControllerImage(bits, coding, size, dynamics)
+    upload_image(link, ControllerImage(bits, coding, size, dynamics))
+
+
+def upload_image(link: RobotLink, image: ControllerImage) -> None:
+    """The same for a genome as it is.
+
+    Raises:
+        RobotFault, NoAnswer, Refused, LinkDown: see `upload`.
+    """
     genome = image.packed_genome
     chunks = [genome[k : k + CHUNK_BYTES] for k in range(0, len(genome), CHUNK_BYTES)]
     with link.exclusive():
-        link.request(Op.LOAD, image.header)
+        link.request(Op.LOAD, load_arguments(image))
         for index, chunk in enumerate(chunks):
             link.send(Function.GENOME, pack_chunk(index, chunk))
         for _ in range(3 * len(chunks) + 3):
             try:
-                reply = link.request(Op.COMMIT, commit_arguments(image.record_crc, dynamics.initial_output))
+                reply = link.request(Op.COMMIT, commit_arguments(image.record_crc))
             except Refused as refused:
                 if refused.status is not Status.MISSING_CHUNK:
                     raise

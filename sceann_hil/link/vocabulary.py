@@ -1,17 +1,8 @@
-"""The numbers of the link (``docs/link.md``): what host and firmware call things."""
+"""The words of the link (``docs/link.md``): what host and firmware call things. Its numbers are in `numbers`."""
 
 from __future__ import annotations
 
 from enum import IntEnum, IntFlag
-
-LINK_VERSION = 1
-SENSORS_PER_PAGE = 6
-MAX_SENSORS = 12
-"""Sensors of the largest network that the link carries."""
-MAX_MOTORS = 3
-"""Motors of the largest network that the link carries."""
-CHUNK_BYTES = 7
-"""Genome bytes in one GENOME message."""
 
 
 class Function(IntEnum):
@@ -48,6 +39,7 @@ class Op(IntEnum):
     STORE = 8
     LAST = 9
     STORED = 10
+    NODE = 11
 
 
 class Status(IntEnum):
@@ -70,6 +62,17 @@ class Status(IntEnum):
     UNSUPPORTED = 14
     ALARM = 15
     UNKNOWN_OP = 16
+
+
+class StoreAction(IntEnum):
+    """What STORE does with the network in use."""
+
+    ERASE = 0
+    KEEP = 1
+    AUTORUN = 2
+    """Kept, and run after a start without a host."""
+    BUTTON = 3
+    """Kept, and run when the start button is pressed."""
 
 
 class State(IntEnum):
@@ -111,3 +114,5 @@ class EventCode(IntEnum):
     BATTERY_LOW = 5
     FAULT = 6
     TICK_MISMATCH = 7
+    STORE_FAILED = 8
+    NO_AUTORUN = 9

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,7 +10,8 @@ from typing import Self
 from sceann_hil.journal import AttemptRow
 from sceann_hil.network.coding import NetworkSize, Weights
 from sceann_hil.robot import EndReason, Trace
-from sceann_hil.robot.scenery import ArenaScenery, CartPoleScenery, Scenery
+from sceann_hil.robot.scenery import Scenery
+from sceann_hil.robot.signal_names import motor_names, sensor_names
 
 _NOT_IN_AN_ID = re.compile(r"[^A-Za-z0-9_-]+")
 
@@ -43,13 +43,7 @@ class RecordedRun:
     @cached_property
     def sensor_names(self) -> tuple[str, ...]:
         """What people call the sensors, in the controller's order."""
-        n = self.size.n_sensors
-        match self.scenery:
-            case ArenaScenery(sensor_directions_rad=directions) if len(directions) == n:
-                return tuple(f"{math.degrees(a):+.0f}°" if abs(a) > 1e-9 else "0°" for a in directions)
-            case CartPoleScenery() if n <= 4:
-                return ("x", "angle", "speed", "rate")[:n]
-        return self.size.sensor_names
+        return sensor_names(self.size, self.scenery)
 
     @cached_property
     def hidden_names(self) -> tuple[str, ...]:
@@ -59,13 +53,7 @@ class RecordedRun:
     @cached_property
     def motor_names(self) -> tuple[str, ...]:
         """What people call the motor neurons."""
-        n = self.size.n_motors
-        match self.scenery:
-            case ArenaScenery() if n == 2:
-                return ("left", "right")
-            case CartPoleScenery() if n == 1:
-                return ("force",)
-        return self.size.motor_names
+        return motor_names(self.size, self.scenery)
 
 
 @dataclass(frozen=True, slots=True)

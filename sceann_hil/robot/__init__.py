@@ -11,13 +11,15 @@ asks which it has: it reads the robot's `RobotSpec`.
 
 from sceann_hil.robot.abstract import UNKNOWN_STATE, Robot, TrialObserver
 from sceann_hil.robot.end_reasons import EmergencyStop, EndReason, LinkError, RobotError, RobotFault, TrialVoid
-from sceann_hil.robot.facts import GapEstimate, Health, RobotSpec
+from sceann_hil.robot.facts import NOT_IDENTIFIABLE, Estimated, GapEstimate, Health, RobotSpec
 from sceann_hil.robot.trials import Results, Trace, Trials
 
 __all__ = [
+    "NOT_IDENTIFIABLE",
     "UNKNOWN_STATE",
     "EmergencyStop",
     "EndReason",
+    "Estimated",
     "GapEstimate",
     "Health",
     "LinkError",

@@ -132,6 +132,13 @@ class Robot(ABC):
         """State of the robot, without side effects; may be called from another thread while a trial runs."""
         return Health()
 
+    def probe(self) -> None:
+        """Find out how the robot is now, without moving it; never raises.
+
+        Called every half second while a run waits for a better battery or link: a robot that knows its state only from
+        its trials, or was switched off meanwhile, brings `health` up to date here.
+        """
+
     def observe(self, observer: TrialObserver | None) -> None:
         """Let somebody watch trials while they run. A robot that is faster than any eye tells nothing."""
 

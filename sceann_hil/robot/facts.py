@@ -60,17 +60,51 @@ class Health:
 
 
 @dataclass(frozen=True, slots=True)
+class Estimated:
+    """One quantity of a gap and its 95 % interval; all three are None where the trials do not tell it.
+
+    Attributes:
+        value: the estimate.
+        low: lower end of the interval.
+        high: upper end.
+    """
+
+    value: float | None = None
+    low: float | None = None
+    high: float | None = None
+
+    @property
+    def is_known(self) -> bool:
+        """The trials tell it."""
+        return self.value is not None
+
+
+NOT_IDENTIFIABLE = Estimated()
+"""A quantity that these trials do not tell."""
+
+
+@dataclass(frozen=True, slots=True)
 class GapEstimate:
     """The gap with which a simulated body behaves like a robot.
 
     Attributes:
         sensor_offset: of each sensor, in units of full scale.
-        motor_gain: factor on every motor's distance from standing still.
+        sensor_gain: factor on each sensor.
+        sensor_noise: standard deviation at each step, in units of full scale.
+        motor_gain: factor on each motor's distance from standing still.
         latency_steps: control steps between a motor value and its effect.
         residual: root mean square of the sensors' differences that are left, in units of full scale.
+        residual_without: the same of the body without a gap.
+        trials: different trials that it is estimated from.
+        overlap: samples of each sensor that lie within its range on the robot and in the simulation.
     """
 
-    sensor_offset: tuple[float, ...]
-    motor_gain: float
-    latency_steps: int
+    sensor_offset: tuple[Estimated, ...]
+    sensor_gain: tuple[Estimated, ...]
+    sensor_noise: Estimated
+    motor_gain: tuple[Estimated, ...]
+    latency_steps: Estimated
     residual: float
+    residual_without: float
+    trials: int
+    overlap: tuple[int, ...]

@@ -55,6 +55,7 @@ class SteppedRobot(Robot):
         self.lateness = Durations()
         self._observer: TrialObserver | None = None
         self._interrupted: EndReason | None = None
+        self._why_void = ""
 
     def observe(self, observer: TrialObserver | None) -> None:
         self._observer = observer
@@ -119,6 +120,7 @@ class SteppedRobot(Robot):
         if spec.batch_size is not None and len(trials) > spec.batch_size:
             raise ValueError(f"trials: expected at most {spec.batch_size} at a time, got {len(trials)}")
         ends, traces = [], []
+        self._why_void = ""
         try:
             for one in trials.batches(1):
                 end, trace = self._run_one(one)
@@ -134,6 +136,7 @@ class SteppedRobot(Robot):
             final_states=np.zeros((len(trials), 0), np.float32),
             durations_s=steps.astype(np.float64) * spec.tick_s,
             traces=traces if tracing else None,
+            why_void=self._why_void,
         )
 
     def _run_one(self, trial: Trials) -> tuple[EndReason, Trace]:
@@ -157,6 +160,7 @@ class SteppedRobot(Robot):
                 due_s, overruns = self._wait(due_s, overruns)
                 if overruns >= OVERRUN_LIMIT:
                     end = EndReason.OVERRUN
+                    self._why_void = f"{OVERRUN_LIMIT} control steps in a row began a whole period late"
                     break
                 sensors[step] = self._wire()
                 motors = controller.step(sensors[step])
@@ -174,6 +178,7 @@ class SteppedRobot(Robot):
                 time.sleep(max(0.0, due_s - time.monotonic()))
         except tuple(error for error, _ in _VOID) as error:
             end = next(reason for kind, reason in _VOID if isinstance(error, kind))
+            self._why_void = str(error)
         finally:
             self.stop()
             if self._observer is not None:

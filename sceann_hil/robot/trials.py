@@ -134,6 +134,7 @@ class Results:
         final_states: body state after the last step, float32, shape ``(n, n_state)``.
         durations_s: robot time of each trial (steps times tick in simulation), float64, shape ``(n,)``.
         traces: one trace per trial, where the robot delivers them.
+        why_void: for people: what went wrong, where trials are void.
     """
 
     end_reasons: NDArray[np.uint8]
@@ -142,16 +143,18 @@ class Results:
     final_states: NDArray[np.float32]
     durations_s: NDArray[np.float64]
     traces: Sequence[Trace] | None = None
+    why_void: str = ""
 
     @classmethod
-    def void(cls, n: int, reason: EndReason, n_state: int) -> Self:
-        """Results of n trials that measured nothing."""
+    def void(cls, n: int, reason: EndReason, n_state: int, why: str = "") -> Self:
+        """Results of n trials that measured nothing, and why."""
         return cls(
             end_reasons=np.full(n, reason, np.uint8),
             steps=np.zeros(n, np.int32),
             hashes=np.zeros(n, np.uint16),
             final_states=np.zeros((n, n_state), np.float32),
             durations_s=np.zeros(n, np.float64),
+            why_void=why,
         )
 
     @property

@@ -13,39 +13,35 @@ from __future__ import annotations
 import os
 import shutil
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import ExitStack, suppress
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass
 from enum import Enum, auto
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 from sceann_hil.config import ExperimentConfig, dump_config, parse_config
 from sceann_hil.errors import RunExists
-from sceann_hil.evolution import Algorithm, State
 from sceann_hil.journal import (
     JOURNAL_NAME,
     LOCK_NAME,
     GenerationRow,
     IndividualRow,
     Journal,
-    JournalReader,
     RunLock,
-    SpentRow,
 )
+from sceann_hil.journal.reader import journal_path
+from sceann_hil.journal.salvage import return_to_generation
 from sceann_hil.recording import RecordingPaths
 from sceann_hil.robot import Robot
-from sceann_hil.robot.task import Task
 from sceann_hil.run.ancestor import Ancestor
+from sceann_hil.run.breeding import generations
 from sceann_hil.run.evaluator import Evaluator
-from sceann_hil.seeds import Purpose, generator
-from sceann_hil.supervision.budget import Amounts, Meter
-from sceann_hil.supervision.companion import Stoppable
-from sceann_hil.supervision.drift import ReferenceRuns
+from sceann_hil.run.reference import ReferenceRuns
+from sceann_hil.run.session import Presence, begin_session
 from sceann_hil.supervision.forecast import Cost, Forecast
 from sceann_hil.supervision.operators import Desk
-from sceann_hil.supervision.stopping import Stopped, StopReason
-from sceann_hil.supervision.supervision import RunFacts, Supervisor
+from sceann_hil.supervision.stopping import Stopped, StopReason, StopRequest, nobody
 from sceann_hil.versions import running_versions
 
 CONFIG_NAME = "config.yaml"
@@ -59,21 +55,17 @@ class Outcome(Enum):
     STOPPED_NOW = auto()
     FINISHED_BY_OPERATOR = auto()
     BUDGET_SPENT = auto()
+    TERMINATED = auto()
+    HUNG_UP = auto()
 
 
 _OUTCOMES = {
     StopReason.ASKED: Outcome.STOPPED_NOW,
     StopReason.OPERATOR: Outcome.FINISHED_BY_OPERATOR,
     StopReason.BUDGET: Outcome.BUDGET_SPENT,
+    StopReason.TERMINATED: Outcome.TERMINATED,
+    StopReason.HUNG_UP: Outcome.HUNG_UP,
 }
-
-
-class StopRequest(Enum):
-    """What somebody wants of a running experiment."""
-
-    NONE = auto()
-    AFTER_GENERATION = auto()
-    NOW = auto()
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,17 +140,25 @@ class Experiment:
         return experiment
 
     @classmethod
-    def open(cls, directory: Path) -> Self:
+    def open(cls, directory: Path, *, accept_other_versions: bool = False, from_generation: int | None = None) -> Self:
         """Go on with a run.
+
+        Args:
+            directory: its folder.
+            accept_other_versions: also on other versions, or with another simulated body, than the session before.
+            from_generation: forget what comes after this generation, damaged or not; the journal of before is kept.
 
         Raises:
             NotARun, RunIsNewer, RunIsDamaged, RunIsLocked: why not.
         """
-        # a folder that is no run gets no lock; and opening an old journal brings it up to date, which takes one
-        JournalReader(directory).close()
+        journal_path(directory)  # a folder that is no run gets no lock
         with ExitStack() as undo:
             lock = undo.enter_context(RunLock(directory))
+            if from_generation is not None:
+                return_to_generation(directory, from_generation)
+                shutil.rmtree(RecordingPaths(directory).folder, ignore_errors=True)
             journal = Journal(directory)
+            journal.accept_other_versions = accept_other_versions
             undo.callback(journal.close)
             experiment = cls(directory, lock, journal)
             undo.pop_all()
@@ -168,9 +168,9 @@ class Experiment:
         self,
         robot: Robot,
         report: Callable[[Progress], None] = lambda _: None,
-        stop: Callable[[], StopRequest] = lambda: StopRequest.NONE,
+        stop: Callable[[], StopRequest] = nobody,
         desk: Desk | None = None,
-        limits: Amounts | None = None,
+        more: dict[str, float] | None = None,
     ) -> Outcome:
         """Evaluate and breed generation after generation, from wherever the journal stands.
 
@@ -179,45 +179,49 @@ class Experiment:
             report: called after every generation, for progress displays.
             stop: asked after every generation and before every batch of trials.
             desk: where the operators are; nobody by default.
-            limits: budgets over all sessions of the run; by default those of the session before, or, in the first one,
-                of the configuration.
+            more: what this session may spend, see `sceann_hil.run.session.Presence`.
 
         Raises:
             RobotError: the robot's, and `TrialVoid` when a trial keeps failing. The run can be resumed.
         """
-        algorithm = self.config.algorithm.build(self.config.genome_length)
-        task = self.config.task.build()
-        desk = desk or Desk(asks=False, stop=lambda: stop() is StopRequest.NOW)
-        supervisor = self._supervisor(robot, task, desk, limits)
-        evaluator = Evaluator(
-            self.config.phenotype,
-            task,
-            robot,
-            self.config.seed,
-            self.journal,
-            Stoppable(supervisor, lambda: stop() is StopRequest.NOW),
-            self.config.saving,
-        )
-        begun = self.journal.reader.last_generation() is not None
-        self.journal.note("resumed" if begun else "started", f"process {os.getpid()}")
+        config, reader, last = self.config, self.journal.reader, self.config.algorithm.generations
+        algorithm = config.algorithm.build(config.genome_length)
+        presence = Presence(desk or Desk(asks=False, stop=stop), stop, more or {})
+        runner = begin_session(self.journal, config, robot, self._forecast(robot), presence)
+        runner.before = ReferenceRuns(config.reference, runner, config.seed).run_if_due
+        evaluator = Evaluator(runner, config.seed, config.saving)
+        self.journal.note("started" if reader.last_generation() is None else "resumed", f"process {os.getpid()}")
         try:
-            for number, state in self._generations(algorithm):
+            for number, state in generations(self.journal, algorithm, config.seed, last):
                 started = time.monotonic()
                 evaluation = evaluator.evaluate(number, algorithm.ask(state))
                 self.journal.finish_generation(
                     number, evaluation.fitness, time.monotonic() - started, evaluation.success_rate
                 )
-                report(self._progress(number, evaluation.fitness.size * task.n_trials))
-                if stop() is StopRequest.AFTER_GENERATION and number < self.config.algorithm.generations:
-                    self.journal.note("stopped", "after a generation, as asked", number)
-                    return Outcome.STOPPED_AFTER_GENERATION
+                report(self._progress(number, evaluation.fitness.size * runner.task.n_trials))
+                if number == last:
+                    break
+                request = stop()
+                if request is StopRequest.AFTER_GENERATION:
+                    why = f"Stopped after generation {number}, as you asked"
+                    return self._ended(presence, Outcome.STOPPED_AFTER_GENERATION, why)
+                if (stopped := request.at_once) is not None:
+                    raise stopped
         except Stopped as stopped:
-            self.journal.note("stopped", stopped.message)
-            desk.close(stopped.message)
-            return _OUTCOMES[stopped.reason]
-        self.journal.note("finished", "all generations are evaluated")
-        desk.close("all generations are evaluated")
-        return Outcome.FINISHED
+            return self._ended(presence, _OUTCOMES[stopped.reason], stopped.message)
+        return self._ended(presence, Outcome.FINISHED, "All generations are evaluated")
+
+    def _ended(self, presence: Presence, outcome: Outcome, why: str) -> Outcome:
+        self.journal.note("finished" if outcome is Outcome.FINISHED else "stopped", why)
+        if presence.desk is not None:
+            presence.desk.close(why)
+        return outcome
+
+    def _forecast(self, robot: Robot) -> Forecast:
+        config, task = self.config, self.config.task.build()
+        before = [(row[0], Cost(*row[1:])) for row in self.journal.reader.costs()]
+        trials = config.algorithm.population * task.n_trials
+        return Forecast(config.algorithm.generations, trials, task.max_steps * robot.spec.tick_s, before)
 
     def forget(self) -> bool:
         """Close a run in which nothing was ever measured, and remove what it put into its folder.
@@ -252,96 +256,12 @@ class Experiment:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def extended(self, more: dict[str, float]) -> Amounts | None:
-        """Budgets for a session that may spend so much more; None if nothing is asked for.
-
-        Args:
-            more: by names of `Amounts`, on top of what is spent.
-        """
-        if not more:
-            return None
-        spent = _amounts(self.journal.reader.spent())
-        return replace(self._limits(), **{name: getattr(spent, name) + amount for name, amount in more.items()})
-
-    def _limits(self) -> Amounts:
-        """Of the newest session, or of the configuration."""
-        known = self.journal.reader.limits()
-        if known is None:
-            return self.config.budget.limits
-        return Amounts(**{name: float("inf") if value is None else value for name, value in known.items()})
-
-    def _supervisor(self, robot: Robot, task: Task, desk: Desk, limits: Amounts | None) -> Supervisor:
-        config, reader = self.config, self.journal.reader
-        limits = limits or self._limits()
-        longest_trial_s = task.max_steps * robot.spec.tick_s
-        trials = config.algorithm.population * task.n_trials
-        before = [(row[0], Cost(*row[1:])) for row in reader.costs()]
-        forecast = Forecast(config.algorithm.generations, trials, longest_trial_s, before)
-        spent = reader.spent()
-        # trials that are not settled are counted when they are
-        meter = Meter(limits, _amounts(spent) - Amounts(trials=spent.unsettled), longest_trial_s)
-        reference = ReferenceRuns(config.reference, self.config.phenotype, task, robot, config.seed, self.journal)
-        finite = {name: None if value == float("inf") else value for name, value in asdict(limits).items()}
-        operators = config.operator.resolved(attended=robot.spec.attended)
-        self.journal.begin_session(robot.spec.name, ", ".join(operators) or "none", finite)
-        return Supervisor(
-            robot,
-            self.journal,
-            desk,
-            meter,
-            forecast,
-            config.suspenders.build(),
-            RunFacts(reader.run().name, task, config.algorithm.generations),
-            confirm=config.operator.confirm,
-            whole_generations=config.budget.whole_generations,
-            reference=reference.run_if_due,
-        )
-
-    def _generations(self, algorithm: Algorithm[Any]) -> Iterator[tuple[int, State]]:
-        """The generations that are still to be evaluated, each journalled before it is yielded."""
-        reader = self.journal.reader
-        row = reader.last_generation()
-        if row is None:
-            number, state = 0, algorithm.start(generator(self.config.seed, Purpose.ALGORITHM, 0))
-            self._begin(algorithm, number, state, {})
-        else:
-            number, state = row.number, algorithm.load(reader.algorithm_state(row.number))
-            if row.finished_at is not None and number < self.config.algorithm.generations:
-                number, state = self._breed(algorithm, number, state)
-            elif row.finished_at is not None:
-                return
-        while True:
-            yield number, state
-            if number >= self.config.algorithm.generations:
-                return
-            number, state = self._breed(algorithm, number, state)
-
-    def _breed(self, algorithm: Algorithm[Any], number: int, state: State) -> tuple[int, State]:
-        rows = self.journal.reader.individuals(number)
-        fitness = self.journal.reader.fitness(number)
-        child = algorithm.tell(state, fitness, generator(self.config.seed, Purpose.ALGORITHM, number + 1))
-        self._begin(algorithm, number + 1, child, {row.number: row.id for row in rows})
-        return number + 1, child
-
-    def _begin(self, algorithm: Algorithm[Any], number: int, state: State, ids: dict[int, int]) -> None:
-        self.journal.begin_generation(
-            number,
-            algorithm.dump(state),
-            state.genomes,
-            [ids.get(parent) for parent in state.parents.tolist()],
-            algorithm.structures(state),
-        )
-
     def _progress(self, number: int, trials: int) -> Progress:
         reader = self.journal.reader
         row, champion = reader.last_generation(), reader.champion()
         if row is None or champion is None:
             raise RuntimeError(f"generation {number} was finished and is not in the journal")
         return Progress(row, self.config.algorithm.generations, trials, champion)
-
-
-def _amounts(spent: SpentRow) -> Amounts:
-    return Amounts(spent.robot_s, spent.wall_s, float(spent.trials), spent.battery_charges)
 
 
 def _is_free(directory: Path) -> bool:

@@ -41,12 +41,13 @@ class StandIn(Robot):
     Args:
         body: simulated.
         attended: whether the real one needs a person.
+        repeatable: whether the real one can repeat a trial; one that cannot has reference runs.
     """
 
-    def __init__(self, body: Robot, *, attended: bool) -> None:
+    def __init__(self, body: Robot, *, attended: bool, repeatable: bool) -> None:
         self._body = body
         name = f"stand-in for the robot ({body.spec.name})"
-        self._spec = replace(body.spec, name=name, attended=attended, batch_size=1)
+        self._spec = replace(body.spec, name=name, attended=attended, batch_size=1, repeatable=repeatable)
 
     @property
     def spec(self) -> RobotSpec:
@@ -95,8 +96,15 @@ def rehearsal(
                 f"--firmware: robot {real.type} has no firmware to rehearse.",
                 "Leave it out, or name a configuration with a robot of type remote.",
             )
-        checked = config.with_changes(operator=operator, robot=twin or simulated)
-        robot = checked.robot.build() if twin else StandIn(simulated.build(), attended=attended)
+        # a simulated body has no battery that could end, no temperature and no link
+        never = {"temperature_c": None} if twin else dict.fromkeys(("battery", "temperature_c", "link_quality"))
+        suspenders = config.suspenders.model_copy(update=never)
+        checked = config.with_changes(operator=operator, suspenders=suspenders, robot=twin or simulated)
+        robot = (
+            checked.robot.build()
+            if twin
+            else StandIn(simulated.build(), attended=attended, repeatable=real.spec.repeatable)
+        )
         yield Rehearsal(checked, robot)
 
 

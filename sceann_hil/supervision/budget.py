@@ -105,13 +105,14 @@ class Meter:
         self._drops: deque[float] = deque(maxlen=_RECENT)
         self._battery: float | None = None
 
-    def add(self, robot_s: float, besides_s: float, battery_fraction: float | None) -> None:
+    def add(self, robot_s: float, besides_s: float, battery_fraction: float | None, *, counted: bool = False) -> None:
         """One attempt has ended.
 
         Args:
             robot_s: robot time of it.
             besides_s: time that it took besides: operator, upload, bookkeeping.
             battery_fraction: what the robot measures after it.
+            counted: it is counted as a trial already.
         """
         drop = 0.0
         if battery_fraction is not None:
@@ -120,7 +121,7 @@ class Meter:
             self._battery = battery_fraction
         self._robot_s.append(robot_s)
         self._besides_s.append(besides_s)
-        self.spent += Amounts(robot_s, 0.0, 1.0, drop)
+        self.spent += Amounts(robot_s, 0.0, 0.0 if counted else 1.0, drop)
 
     def wait(self, wall_s: float) -> None:
         """Time has gone by."""
@@ -147,16 +148,27 @@ class Meter:
         drop = sum(self._drops) / len(self._drops) if self._drops else 0.0
         return Amounts(robot_s, robot_s + sum(self._besides_s) / n, 1.0, drop)
 
-    def refusal(self, trials: int = 1, *, on_average: bool = False) -> str | None:
-        """Why some more trials do not fit; None if they do."""
+    def refusal(self, trials: int = 1, *, on_average: bool = False, counted: bool = False) -> str | None:
+        """Why some more trials do not fit, in words; None if they do.
+
+        Args:
+            trials: how many.
+            on_average: each costs what a trial cost on average, instead of what the most expensive ones did.
+            counted: they are counted as trials already.
+        """
         each = self.mean_trial if on_average else self.next_trial
         for name, (words, text) in _WORDS.items():
             limit, spent, cost = (getattr(amounts, name) for amounts in (self.limits, self.spent, each))
+            if name == "trials" and counted:
+                continue
             # n times 1/10 may be a little more than n/10
             if spent + trials * cost > limit * (1.0 + 1e-9):
-                what = "one more trial takes" if trials == 1 else f"{trials} more trials take"
+                left = max(0.0, limit - spent)
+                if left == 0.0:
+                    return f"The budget of {words} is used up: {text(spent)} of {text(limit)}"
+                needs = "the next trial may need" if trials == 1 else f"the next {trials} trials need about"
                 return (
-                    f"the budget of {words} does not suffice: {text(spent)} of {text(limit)} spent, and {what} about "
+                    f"The budget of {words} has only {text(left)} left of {text(limit)}, and {needs} "
                     f"{text(trials * cost)}"
                 )
         return None

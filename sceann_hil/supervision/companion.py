@@ -1,4 +1,4 @@
-"""Who has a say between trials, as the evaluator sees it: nobody, or operator, budget and suspenders together."""
+"""Who has a say between trials, as the trial runner sees it: nobody, or operator, budget and suspenders together."""
 
 from __future__ import annotations
 
@@ -13,8 +13,30 @@ from sceann_hil.supervision.stopping import Stopped
 
 
 @dataclass(frozen=True, slots=True)
+class Upcoming:
+    """Attempts that are next.
+
+    Attributes:
+        slots: what they are for.
+        generation: that the run is in.
+        heading: what they are, in a few words for people; empty for an individual's trials in its generation.
+        besides: they are none of the trials that `Companion.begin` told of.
+        settling: they were begun before, by a process that was cut off, and the robot is asked what became of them.
+    """
+
+    slots: Slots
+    generation: int
+    heading: str = ""
+    besides: bool = False
+    settling: bool = False
+
+    def __len__(self) -> int:
+        return len(self.slots)
+
+
+@dataclass(frozen=True, slots=True)
 class Attended:
-    """What became of trials in company.
+    """What became of trials in somebody's presence.
 
     Attributes:
         results: of the trials; void where somebody said so.
@@ -33,18 +55,22 @@ class Companion(Protocol):
     """Who has a say between trials. It may take its time, and may end the run by raising `Stopped`."""
 
     def begin(self, generation: int, todo: int, total: int) -> None:
-        """A generation is about to be evaluated; `todo` of its `total` trials are still to be run."""
+        """A generation (or a measurement) begins; `todo` of its `total` trials are still to be run."""
 
     def room(self, wanted: int) -> int:
         """How many of so many trials may be run at once, at least 1."""
 
-    def ready(self, generation: int, slots: Slots) -> bool:
-        """These attempts are next; False to come back to them after the generation's others."""
+    def clear(self, upcoming: Upcoming) -> None:
+        """Return when nothing forbids these attempts: no pause, no suspender, no budget. Nobody is asked."""
 
-    def attend(
-        self, generation: int, slots: Slots, trials: Trials, run: Callable[[Trials], Results], task: Task
-    ) -> Attended:
+    def ready(self, upcoming: Upcoming) -> bool:
+        """Like `clear`, and a person is asked; False to come back to these attempts after the others."""
+
+    def attend(self, upcoming: Upcoming, trials: Trials, run: Callable[[Trials], Results], task: Task) -> Attended:
         """Run the trials and say whether their results count."""
+
+    def warn(self, warning: str) -> None:
+        """Show people something that is wrong from now on."""
 
 
 class Alone:
@@ -56,31 +82,14 @@ class Alone:
     def room(self, wanted: int) -> int:
         return wanted
 
-    def ready(self, generation: int, slots: Slots) -> bool:
+    def clear(self, upcoming: Upcoming) -> None:
+        """Nothing forbids anything."""
+
+    def ready(self, upcoming: Upcoming) -> bool:
         return True
 
-    def attend(
-        self, generation: int, slots: Slots, trials: Trials, run: Callable[[Trials], Results], task: Task
-    ) -> Attended:
+    def attend(self, upcoming: Upcoming, trials: Trials, run: Callable[[Trials], Results], task: Task) -> Attended:
         return Attended(run(trials))
 
-
-class Stoppable:
-    """A companion beside whom somebody may stop the run.
-
-    Args:
-        companion: who else has a say.
-        stop: asked before every batch; True ends the evaluation with `Stopped`.
-    """
-
-    def __init__(self, companion: Companion, stop: Callable[[], bool]) -> None:
-        self._companion = companion
-        self._stop = stop
-        self.begin = companion.begin
-        self.room = companion.room
-        self.attend = companion.attend
-
-    def ready(self, generation: int, slots: Slots) -> bool:
-        if self._stop():
-            raise Stopped
-        return self._companion.ready(generation, slots)
+    def warn(self, warning: str) -> None:
+        """Nobody reads it."""

@@ -14,6 +14,10 @@ class StopReason(Enum):
     """The person beside the robot."""
     BUDGET = auto()
     """A budget is spent, or does not suffice for one more trial."""
+    TERMINATED = auto()
+    """The system or another program (SIGTERM)."""
+    HUNG_UP = auto()
+    """The terminal was closed (SIGHUP)."""
 
 
 class Stopped(Exception):
@@ -21,10 +25,36 @@ class Stopped(Exception):
 
     Attributes:
         reason: who wanted it.
-        message: what to tell a person.
+        message: what to tell a person: a whole sentence without its full stop.
     """
 
-    def __init__(self, reason: StopReason = StopReason.ASKED, message: str = "before a trial, as asked") -> None:
+    def __init__(
+        self, reason: StopReason = StopReason.ASKED, message: str = "Stopped before the next trial, as you asked"
+    ) -> None:
         super().__init__(message)
         self.reason = reason
         self.message = message
+
+
+class StopRequest(Enum):
+    """What somebody outside the desk wants of a running session."""
+
+    NONE = auto()
+    AFTER_GENERATION = auto()
+    NOW = auto()
+    TERMINATED = auto()
+    HUNG_UP = auto()
+
+    @property
+    def at_once(self) -> Stopped | None:
+        """What ends the session before its next trial; None if nothing does."""
+        return {
+            StopRequest.NOW: Stopped(),
+            StopRequest.TERMINATED: Stopped(StopReason.TERMINATED, "Stopped by the system (SIGTERM)"),
+            StopRequest.HUNG_UP: Stopped(StopReason.HUNG_UP, "Stopped because the terminal was closed (SIGHUP)"),
+        }.get(self)
+
+
+def nobody() -> StopRequest:
+    """Nobody wants anything."""
+    return StopRequest.NONE

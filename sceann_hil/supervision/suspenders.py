@@ -59,18 +59,50 @@ class High(Section):
         return self
 
 
+class LowPart(Low):
+    """Pauses when a part 0..1 is low."""
+
+    pause_below: Annotated[float, Field(gt=0.0, le=1.0)]
+    """The run pauses below this part, 0..1."""
+    resume_above: Annotated[float, Field(ge=0.0, lt=1.0)]
+    """It goes on once the part has been above this one (less than 1, which nothing is above) ..."""
+    void_below: Annotated[float, Field(gt=0.0, le=1.0)] | None = None
+    """A trial that runs is stopped and void below this part."""
+
+
+class LowAmount(Low):
+    """Pauses when an amount that is never negative is low."""
+
+    pause_below: Annotated[float, Field(gt=0.0)]
+    """The run pauses below this value."""
+
+
+class Absence(High):
+    """Pauses when nobody was there for long."""
+
+    resume_below: Annotated[float, Field(gt=0.0)]
+    """It goes on once somebody was there less than so many seconds ago, for ..."""
+
+    @model_validator(mode="after")
+    def _can_end(self) -> Self:
+        # somebody who comes and stays still has been away for settle_s by the time that it would go on
+        if self.resume_below <= self.settle_s:
+            raise ValueError(f"resume_below: expected more than settle_s ({self.settle_s:g}), or it never goes on")
+        return self
+
+
 class SuspendersConfig(Section):
     """What pauses the run by itself; nothing by default."""
 
-    battery: Low | None = None
+    battery: LowPart | None = None
     """Battery, as a fraction 0..1 of a full one."""
     temperature_c: High | None = None
     """Temperature that the robot measures, degrees Celsius."""
-    link_quality: Low | None = None
+    link_quality: LowPart | None = None
     """Part 0..1 of the last trial's messages that came through at the first try."""
-    disk_free_mb: Low | None = None
+    disk_free_mb: LowAmount | None = None
     """Free space where the run is kept, megabytes."""
-    operator_absent_s: High | None = None
+    operator_absent_s: Absence | None = None
     """Time since an operator did anything, or a browser was last connected, seconds."""
 
     def build(self) -> tuple[Suspender, ...]:

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from sceann_hil.firmware.emulated.posix import Alarm, BoardRecord, PosixBoard, RecordKind
-from sceann_hil.link.client import Message, RobotClient
 from sceann_hil.link.vocabulary import Mode, Op, Telemetry
 from sceann_hil.network.coding import Coding, NetworkSize
 from sceann_hil.network.image import ControllerImage
+from tests.link.oracle import Message, RobotClient
 
 N_SENSORS, N_MOTORS = 3, 2
 TICK_S = 0.02

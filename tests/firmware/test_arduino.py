@@ -15,7 +15,8 @@ from sceann_hil.firmware.build import AVR, FIRMWARE, Board, find_tool
 from sceann_hil.firmware.emulated.simavr import EXTERNAL_RESET, HZ, AvrChip
 from sceann_hil.firmware.emulated.terminal import ChipTerminal
 from sceann_hil.firmware.flash import flash, flash_genome, plan_flash, upload_firmware, upload_genome
-from sceann_hil.link.client import RobotClient
+from sceann_hil.link.framed_bus import LineBus
+from sceann_hil.link.session import RobotLink
 from sceann_hil.network.coding import Coding, NetworkSize
 from sceann_hil.network.image import ControllerImage
 from tests.firmware.rig import an_image
@@ -75,7 +76,7 @@ def test_the_example_sketch_runs_on_the_arduino_core(tmp_path: Path) -> None:
 def test_library_descriptions_agree_with_the_firmware() -> None:
     properties = dict(line.split("=", 1) for line in (FIRMWARE / "library.properties").read_text().splitlines())
     platformio = json.loads((FIRMWARE / "library.json").read_text())
-    header = (FIRMWARE / "src" / "sceann_robot.h").read_text()
+    header = (FIRMWARE / "src" / "sceann_numbers.h").read_text()
     version = ".".join(re.findall(r"SCEANN_FIRMWARE_(?:MAJOR|MINOR|PATCH) (\d+)u", header))
     assert properties["version"] == platformio["version"] == version
     assert {"name", "author", "maintainer", "sentence", "paragraph", "category", "url", "architectures"} <= set(
@@ -110,19 +111,26 @@ def test_an_upload_to_nothing_names_tool_and_port(tmp_path: Path) -> None:
 
 def test_a_sketch_that_is_not_ours_is_told_apart_from_silence(tmp_path: Path) -> None:
     with AvrChip(arduino_build(SKETCH, tmp_path)) as chip, pytest.raises(FlashFailed, match="something else than"):
-        upload_genome(RobotClient(chip), an_image(n_sensors=5), "the board")
+        upload_genome(RobotLink(LineBus(chip)), an_image(n_sensors=5), "the board")
 
 
 class Silence:
+    """Nobody, in no time."""
+
+    def __init__(self) -> None:
+        self.time_s = 0.0
+
+    def now_s(self) -> float:
+        return self.time_s
+
     def write(self, data: bytes) -> None:
         pass
 
     def read(self, timeout_s: float) -> bytes:
+        self.time_s += max(timeout_s, 0.001)
         return b""
 
 
-def test_silence_is_silence(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sceann_hil.link.serial_line.START_S", 0.0)
-    monkeypatch.setattr("sceann_hil.link.client.REPLY_TIMEOUT_S", 0.01)
+def test_silence_is_silence() -> None:
     with pytest.raises(FlashFailed, match="silence"):
-        upload_genome(RobotClient(Silence()), an_image(), "the board")
+        upload_genome(RobotLink(LineBus(Silence())), an_image(), "the board")

@@ -17,6 +17,8 @@ import numpy as np
 
 from sceann_hil.firmware.build import FIRMWARE, HOST_CLANG, compile_c
 from sceann_hil.link.framing import encode_frame
+from sceann_hil.link.messages import load_arguments
+from sceann_hil.link.numbers import LINK_VERSION
 from sceann_hil.network.controller import ARITHMETIC_ID
 from tests.firmware.networks import random_image
 
@@ -31,34 +33,51 @@ def build() -> Path:
     return compile_c(HOST_CLANG, sources, include=[FIRMWARE / "src"], flags=FLAGS)
 
 
+SESSION = 7
+
+
 def command(op: int, *arguments: int, layout: str = "") -> bytes:
-    return encode_frame(0x401, (bytes([op]) + struct.pack("<" + layout, *arguments)).ljust(8, b"\0"))
+    body = struct.pack("<" + layout, *arguments).ljust(5, b"\0")
+    return encode_frame(0x401, bytes([op]) + body + struct.pack("<H", SESSION))
 
 
 def conversation(seed: int) -> bytes:
     """HELLO, an upload, a trial in one of the three modes, STORE, LAST: what a good host says."""
     generator = np.random.default_rng(seed)
     image = random_image(generator, 23 if seed % 2 else 7)
-    hello = command(1, 1, 7, ARITHMETIC_ID, layout="BHI")
-    load = encode_frame(0x401, b"\x12" + image.header)
+    hello = command(1, LINK_VERSION, ARITHMETIC_ID, layout="BI")
+    load = encode_frame(0x401, b"\x12" + load_arguments(image) + struct.pack("<H", SESSION))
     genome = image.packed_genome
     chunks = [
         encode_frame(0x381, bytes([k // 7]) + genome[k : k + 7].ljust(7, b"\0")) for k in range(0, len(genome), 7)
     ]
-    commit = command(0x23, image.record_crc, image.dynamics.initial_output, layout="IH")
+    commit = command(0x23, image.record_crc, layout="I")
     mode = (2, 0, 1)[seed % 3]
-    start = command(0x45, 5, 6, 200, mode | 0x70, layout="HHHB")
-    beat = encode_frame(0x681, struct.pack("<BHH", 1, 5, 7))
+    start = command(0x45, 5, 6, mode | 0x70, layout="HHB")
+    beat = encode_frame(0x681, struct.pack("<BHH", 1, 5, SESSION))
     ticks = b""
     for tick in range(6):
         sensors = sum(int(generator.integers(1024)) << 10 * k for k in range(6)) | tick << 60
         page = sensors.to_bytes(8, "little")
         ticks += (
-            encode_frame(0x201, page) + encode_frame(0x601, page) + encode_frame(0x301, bytes([tick, 0, 0, 2, 0, 1]))
+            encode_frame(0x201, page)
+            + encode_frame(0x601, page)
+            + encode_frame(0x301, bytes([tick, SESSION, 0, 2, 0, 1, 0, 0]))
         )
         ticks += bytes([0xF9]) + beat
-    after = command(0x48, 1, 0, layout="BH") + command(0x59) + command(0x6A) + command(0x66) + command(0x77)
-    return bytes([2 * (seed % 2)]) + hello + load + b"".join(chunks) + commit + command(0x34) + start + ticks + after
+    store = command(0x48, 1 + seed % 3, 200, layout="BH")
+    after = store + command(0x59) + command(0x6A) + command(0x8B, 9, layout="B") + command(0x66) + command(0x77)
+    return (
+        bytes([2 * (seed % 2)])
+        + hello
+        + load
+        + b"".join(chunks)
+        + commit
+        + command(0x34, 200, layout="H")
+        + start
+        + ticks
+        + after
+    )
 
 
 def stored(seed: int) -> bytes:
@@ -66,7 +85,8 @@ def stored(seed: int) -> bytes:
     image = random_image(np.random.default_rng(seed), 23)
     fields = struct.pack("<BBH", 0x51, 3, 200)
     crc = zlib.crc32(fields + image.record)
-    return b"\x01" + fields + struct.pack("<I", crc) + image.record
+    node = bytes([0x4E, 1, 0xFE])
+    return b"\x01\0" + node + fields + struct.pack("<I", crc) + image.record
 
 
 def seeds() -> dict[str, bytes]:

@@ -12,12 +12,13 @@ import numpy as np
 import pytest
 
 from sceann_hil.firmware.emulated.posix import Alarm, RecordKind
-from sceann_hil.link.client import NoAnswer, Refused, RobotClient
 from sceann_hil.link.framing import encode_frame
+from sceann_hil.link.numbers import LINK_VERSION
 from sceann_hil.link.vocabulary import Mode, Op, Status, Telemetry
 from sceann_hil.network.controller import ARITHMETIC_ID, state_hash
 from sceann_hil.network.image import ControllerImage
 from tests.firmware.rig import REASON, SENSORS, STATE, TICK_S, Rig, an_image
+from tests.link.oracle import NoAnswer, Refused, RobotClient
 
 
 @pytest.fixture
@@ -33,7 +34,7 @@ def refusal(client: RobotClient, op: Op, **arguments: int) -> Status:
     return refused.value.status
 
 
-START = {"MaxTicks": 10, "TickPeriod": 200, "Telemetry": 0}
+START = {"MaxTicks": 10, "Telemetry": 0}
 
 
 class TestOnboard:
@@ -89,7 +90,7 @@ class TestLinkLoss:
         client = rig.start(mode=mode, max_ticks=10_000)
         if mode is Mode.TETHERED:
             client.expect("Sense")
-            client.send("DriveIn", {"Tick": 0, "Hash": 0, "Motor0": 700, "Motor1": 300, "Motor2": 0}, 6)
+            client.drive_in(0, 700, 300)
         rig.until(lambda: len(rig.driven()) > 0)
         started = rig.records[0].time_us
         reason = rig.wait_for("End", heartbeat=False).signals["Reason"]
@@ -204,9 +205,7 @@ class TestTethered:
             sense = client.expect("Sense")
             assert (sense["Tick"], sense["Sensor1"]) == (tick % 16, SENSORS[1])
             sent.append((10 * tick, 1024 - tick))
-            client.send(
-                "DriveIn", {"Tick": tick, "Hash": 0, "Motor0": sent[-1][0], "Motor1": sent[-1][1], "Motor2": 0}, 6
-            )
+            client.drive_in(tick, *sent[-1])
             client.heartbeat()
         end = rig.wait_for("End").signals
         assert (end["Ticks"], end["Reason"], end["StateHash"]) == (20, REASON["MAX_TICKS"], 0xFFFF)
@@ -220,10 +219,10 @@ class TestTethered:
     def test_commands_of_another_tick_or_out_of_range_move_nothing(self, rig: Rig) -> None:
         client = rig.start(mode=Mode.TETHERED, max_ticks=100)
         client.expect("Sense")
-        client.send("DriveIn", {"Tick": 77, "Hash": 0, "Motor0": 1, "Motor1": 1, "Motor2": 0}, 6)
+        client.drive_in(77, 1, 1)
         assert rig.wait_for("Event", Code=7).signals["Argument"] == 77
         assert rig.board.line is not None
-        rig.board.line.write(encode_frame(0x301, bytes([0, 0, 0xFF, 0xFF, 0, 0])))
+        rig.board.line.write(encode_frame(0x301, bytes([0, client.session % 256, 0xFF, 0xFF, 0, 0, 0, 0])))
         rig.wait_for("End")
         assert rig.driven() == []
 
@@ -293,10 +292,10 @@ class TestCommands:
 
     @pytest.mark.parametrize(
         ("change", "status"),
-        [({"LinkVersion": 2}, Status.LINK_VERSION), ({"ArithmeticId": 1}, Status.ARITHMETIC)],
+        [({"LinkVersion": LINK_VERSION - 1}, Status.LINK_VERSION), ({"ArithmeticId": 1}, Status.ARITHMETIC)],
     )
     def test_other_versions_are_refused_but_described(self, rig: Rig, change: dict[str, int], status: Status) -> None:
-        arguments = {"LinkVersion": 1, "Session": 9, "ArithmeticId": ARITHMETIC_ID} | change
+        arguments = {"LinkVersion": LINK_VERSION, "Session": 9, "ArithmeticId": ARITHMETIC_ID} | change
         assert refusal(rig.client, Op.HELLO, **arguments) is status
         assert rig.client.expect("Descriptor")["ArithmeticId"] == ARITHMETIC_ID
 
@@ -321,8 +320,8 @@ class TestCommands:
         ],
     )
     def test_start_refuses_bad_arguments(self, rig: Rig, change: dict[str, int], status: Status) -> None:
-        client = rig.ready()
-        client.request(Op.ARM)
+        client, change = rig.ready(), dict(change)
+        client.request(Op.ARM, TickPeriod=change.pop("TickPeriod", 200))
         assert refusal(client, Op.START, **({"TrialId": 1, "Mode": 0, **START} | change)) is status
         assert rig.driven() == []
 
@@ -358,32 +357,28 @@ class TestCommands:
             ({"Neuron": 2}, Status.BAD_ARGUMENT),
             ({"Sensors": 0}, Status.BAD_ARGUMENT),
             ({"Motors": 0}, Status.BAD_ARGUMENT),
-            ({"Bits": 39}, Status.BAD_ARGUMENT),
+            ({"InitialOutput": 1025}, Status.BAD_ARGUMENT),
             ({"Sensors": 13}, Status.TOO_LARGE),
             ({"Motors": 4}, Status.TOO_LARGE),
             ({"Hidden": 19}, Status.TOO_LARGE),
-            ({"Hidden": 255, "Sensors": 255, "Motors": 255}, Status.TOO_LARGE),
+            ({"Hidden": 255, "Sensors": 15, "Motors": 15}, Status.TOO_LARGE),
         ],
     )
     def test_load_refuses_what_it_cannot_hold_and_keeps_the_old_genome(
         self, rig: Rig, change: dict[str, int], status: Status
     ) -> None:
         client = rig.ready()
-        header = {"Coding": 2, "Neuron": 0, "Sensors": 3, "Hidden": 2, "Motors": 2, "Bits": 56}
-        assert rig.board.line is not None
-        command = header | change
-        raw = bytes([0x02, *(command[k] for k in ("Coding", "Neuron", "Sensors", "Hidden", "Motors"))])
-        rig.board.line.write(encode_frame(0x401, raw + command["Bits"].to_bytes(2, "little")))
-        assert client.expect("Reply")["Status"] == status
+        header = {"Coding": 2, "Neuron": 0, "Sensors": 3, "Hidden": 2, "Motors": 2, "InitialOutput": 512}
+        assert refusal(client, Op.LOAD, **(header | change)) is status
         client.start(1, 5, Mode.ONBOARD, TICK_S)
         rig.wait_for("End")
         assert len(rig.driven()) == 5
 
     def test_an_upload_broken_off_leaves_the_old_genome(self, rig: Rig) -> None:
         client, new = rig.ready(), an_image(seed=2)
-        client.request(Op.LOAD, Coding=2, Neuron=0, Sensors=3, Hidden=2, Motors=2, Bits=len(new.genome))
+        client.request(Op.LOAD, Coding=2, Neuron=0, Sensors=3, Hidden=2, Motors=2, InitialOutput=512)
         client.send("Genome", {"Chunk": 0, **{f"Byte{k}": b for k, b in enumerate(new.packed_genome[:7])}})
-        commit = {"GenomeCrc": new.record_crc, "InitialOutput": 512}
+        commit = {"GenomeCrc": new.record_crc}
         assert refusal(client, Op.COMMIT, **commit) is Status.MISSING_CHUNK if len(new.packed_genome) > 7 else True
         client.start(1, 3, Mode.ONBOARD, TICK_S)
         rig.wait_for("End")
@@ -392,13 +387,13 @@ class TestCommands:
 
     def test_a_wrong_crc_is_not_committed(self, rig: Rig) -> None:
         client, new = rig.ready(), an_image(seed=2)
-        client.request(Op.LOAD, Coding=2, Neuron=0, Sensors=3, Hidden=2, Motors=2, Bits=len(new.genome))
+        client.request(Op.LOAD, Coding=2, Neuron=0, Sensors=3, Hidden=2, Motors=2, InitialOutput=512)
         packed = new.packed_genome.ljust(14, b"\0")
         for chunk in range(2):
             part = packed[7 * chunk : 7 * chunk + 7]
             client.send("Genome", {"Chunk": chunk, **{f"Byte{k}": b for k, b in enumerate(part)}})
         with pytest.raises(Refused) as refused:
-            client.request(Op.COMMIT, GenomeCrc=new.record_crc ^ 1, InitialOutput=512)
+            client.request(Op.COMMIT, GenomeCrc=new.record_crc ^ 1)
         assert refused.value.status is Status.BAD_CRC
         assert refused.value.reply["Crc"] == new.record_crc
 
@@ -455,8 +450,8 @@ class TestPowerCycle:
 
 def _arguments(op: Op) -> dict[str, int]:
     return {
-        Op.LOAD: {"Coding": 1, "Neuron": 0, "Sensors": 1, "Hidden": 0, "Motors": 1, "Bits": 3},
-        Op.COMMIT: {"GenomeCrc": 0, "InitialOutput": 0},
+        Op.LOAD: {"Coding": 1, "Neuron": 0, "Sensors": 1, "Hidden": 0, "Motors": 1, "InitialOutput": 512},
+        Op.COMMIT: {"GenomeCrc": 0},
         Op.START: {"TrialId": 1, "Mode": 0, **START},
         Op.STORE: {"StoreAction": 1, "AutorunTickPeriod": 0},
     }.get(op, {})

@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 import pytest
 
 from sceann_hil.firmware.build import Board
 from sceann_hil.firmware.emulated.lines import emulated_line
+from sceann_hil.firmware.emulated.simavr import UnoBoard
 from sceann_hil.firmware.verify import random_sequences, verify
-from sceann_hil.link.client import RobotClient
+from sceann_hil.link.framed_bus import Line, LineBus
+from sceann_hil.link.lockstep import run_lockstep
+from sceann_hil.link.messages import LinkEnd
+from sceann_hil.link.numbers import HOST_DEADLINE_S
+from sceann_hil.link.session import RobotLink
+from sceann_hil.link.trial import Order
+from sceann_hil.link.upload import upload_image
 from sceann_hil.network.coding import Coding, NetworkSize
 from sceann_hil.network.controller import Dynamics, Neuron
 from sceann_hil.network.image import ControllerImage
@@ -24,7 +33,9 @@ IMAGE = ControllerImage(
 def test_every_state_is_equal_on_every_board(board: Board) -> None:
     sequences = random_sequences(np.random.default_rng(3), 25, 24, 7)
     with emulated_line(board) as line:
-        result = verify(RobotClient(line), IMAGE, sequences)
+        link = RobotLink(LineBus(line))
+        result = verify(link, IMAGE, sequences)
+        link.close()
     assert result.equal, result.difference
     assert (result.sequences, result.steps, result.states) == (25, 600, 3600)
 
@@ -33,10 +44,73 @@ def test_a_board_that_computes_something_else_is_found_out(monkeypatch: pytest.M
     other = ControllerImage(IMAGE.genome, IMAGE.coding, IMAGE.size, Dynamics(Neuron.MEMORYLESS))
     monkeypatch.setattr(ControllerImage, "controller", lambda _: _reference_of(other))
     with emulated_line(Board.POSIX) as line:
-        result = verify(RobotClient(line), IMAGE, random_sequences(np.random.default_rng(3), 5, 50, 7))
+        link = RobotLink(LineBus(line))
+        result = verify(link, IMAGE, random_sequences(np.random.default_rng(3), 5, 50, 7))
+        link.close()
     assert not result.equal
     assert result.difference is not None
     assert result.difference.step >= 1
+
+
+class LossyLine:
+    """An emulated board's line that loses every hundredth frame to the host, STATES among them."""
+
+    def __init__(self, line: Line) -> None:
+        self._line, self._sent = line, 0
+
+    def write(self, data: bytes) -> None:
+        self._line.write(data)
+
+    def read(self, timeout_s: float) -> bytes:
+        kept = b""
+        for frame in self._line.read(timeout_s).split(b"\0")[:-1]:
+            self._sent += 1
+            kept += b"" if self._sent % 100 == 0 else frame + b"\0"
+        return kept
+
+
+def test_a_line_that_loses_frames_is_no_wrong_board() -> None:
+    """A sequence with a hole is run again: only a state that came and differs is a difference."""
+    with emulated_line(Board.POSIX) as line:
+        link = RobotLink(LineBus(LossyLine(line)))
+        result = verify(link, IMAGE, random_sequences(np.random.default_rng(3), 10, 12, 7))
+        link.close()
+    assert result.equal, result.difference
+
+
+def test_an_emulated_unos_time_stands_still_while_its_host_is_late() -> None:
+    """Nothing that a busy computer does to the host reaches the chip: no deadline passes while nobody reads."""
+    with UnoBoard(("-DBAUD=500000UL",)) as board:
+        link = RobotLink(LineBus(board))
+        upload_image_after_hello(link)
+        order = Order(1, 40, 0.02, 7, 2)
+        body = Slow()
+        follower, _ = run_lockstep(link, order, body)
+        link.close()
+    assert follower.end is not None
+    assert follower.end.reason is LinkEnd.MAX_TICKS
+    assert body.slept_s > HOST_DEADLINE_S
+
+
+def upload_image_after_hello(link: RobotLink) -> None:
+    link.hello()
+    upload_image(link, IMAGE)
+
+
+class Slow:
+    """A body that takes longer than the robot waits for a heartbeat."""
+
+    def __init__(self) -> None:
+        self.state, self.slept_s = np.zeros(0, np.float32), 0.0
+
+    def sense(self) -> np.ndarray:
+        if self.slept_s <= HOST_DEADLINE_S:
+            time.sleep(2 * HOST_DEADLINE_S)
+            self.slept_s += 2 * HOST_DEADLINE_S
+        return np.full(7, 500, np.uint16)
+
+    def move(self, motors: tuple[int, ...]) -> None:
+        return None
 
 
 def _reference_of(image: ControllerImage):

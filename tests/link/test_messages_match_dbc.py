@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from sceann_hil.link import messages as m
 from sceann_hil.link.descriptor import Capability, Descriptor
-from sceann_hil.link.vocabulary import EventCode, Function, Mode, Op, State, Status, Telemetry
+from sceann_hil.link.numbers import LINK_VERSION
+from sceann_hil.link.vocabulary import EventCode, Function, Mode, Op, State, Status, StoreAction, Telemetry
 from sceann_hil.network.coding import Coding, NetworkSize
 from sceann_hil.network.controller import Dynamics, Neuron
 from sceann_hil.network.image import CODING_NUMBER, NEURON_NUMBER, ControllerImage
@@ -68,13 +69,13 @@ def test_absent_sensors_are_zero(values: list[int], tick: int) -> None:
     assert m.pack_sensors(values, tick) == encoded("SenseIn", {**signals, "Tick": tick % 16})
 
 
-@pytest.mark.parametrize("name", ["Drive", "DriveIn"])
+@pytest.mark.parametrize(("name", "low_byte"), [("Drive", "Hash"), ("DriveIn", "SessionLow")])
 @given(motors=st.lists(motor, min_size=1, max_size=3), tick=u16, state_hash=u16)
-def test_drives(name: str, motors: list[int], tick: int, state_hash: int) -> None:
+def test_drives(name: str, low_byte: str, motors: list[int], tick: int, state_hash: int) -> None:
     signals = {f"Motor{k}": motors[k] if k < len(motors) else 0 for k in range(3)}
-    data = encoded(name, {**signals, "Tick": tick % 256, "Hash": state_hash % 256}, 2 + 2 * len(motors))
+    data = encoded(name, {**signals, "Tick": tick % 256, low_byte: state_hash % 256})
     assert m.pack_drive(tick, state_hash, motors) == data
-    assert m.unpack_drive(data) == (tick % 256, state_hash % 256, tuple(motors))
+    assert m.unpack_drive(data, len(motors)) == (tick % 256, state_hash % 256, tuple(motors))
 
 
 @given(first=st.integers(0, 21), tick=u8, states=st.tuples(*[st.integers(-8192, 8192)] * 3))
@@ -113,57 +114,71 @@ def test_genome_chunks(index: int, chunk: bytes) -> None:
     assert m.pack_chunk(index, chunk) == encoded("Genome", {"Chunk": index, **signals})
 
 
+SESSION = 0xBEEF
+
+
 def command(op: Op, **arguments: int) -> bytes:
-    return encoded("Command", {"Op": op, "Sequence": 11, **arguments})
+    return encoded("Command", {"Op": op, "Sequence": 11, "Session": SESSION, **arguments})
 
 
-@given(session=st.integers(1, 65535), arithmetic_id=u32)
-def test_hello(session: int, arithmetic_id: int) -> None:
-    ours = m.pack_command(Op.HELLO, 11, m.hello_arguments(session, arithmetic_id))
-    assert ours == command(Op.HELLO, LinkVersion=1, Session=session, ArithmeticId=arithmetic_id)
+def ours(op: Op, arguments: bytes = b"") -> bytes:
+    return m.pack_command(op, 11, SESSION, arguments)
+
+
+@given(arithmetic_id=u32)
+def test_hello(arithmetic_id: int) -> None:
+    expected = command(Op.HELLO, LinkVersion=LINK_VERSION, ArithmeticId=arithmetic_id)
+    assert ours(Op.HELLO, m.hello_arguments(arithmetic_id)) == expected
 
 
 @pytest.mark.parametrize("coding", Coding)
 @pytest.mark.parametrize("neuron", Neuron)
-@given(counts=st.tuples(st.integers(1, 12), st.integers(1, 8), st.integers(1, 3)))
-def test_load(coding: Coding, neuron: Neuron, counts: tuple[int, int, int]) -> None:
+@given(counts=st.tuples(st.integers(1, 12), st.integers(1, 8), st.integers(1, 3)), initial_output=motor)
+def test_load(coding: Coding, neuron: Neuron, counts: tuple[int, int, int], initial_output: int) -> None:
     size = NetworkSize(*counts)
-    bits = coding.genome_length(size)
-    image = ControllerImage(np.zeros(bits, np.uint8), coding, size, Dynamics(neuron=neuron))
-    signals = {"Coding": CODING_NUMBER[coding], "Neuron": NEURON_NUMBER[neuron], "Bits": bits}
+    bits = np.zeros(coding.genome_length(size), np.uint8)
+    image = ControllerImage(bits, coding, size, Dynamics(neuron=neuron, initial_output=initial_output))
+    signals = {"Coding": CODING_NUMBER[coding], "Neuron": NEURON_NUMBER[neuron], "InitialOutput": initial_output}
     body = dict(zip(("Sensors", "Hidden", "Motors"), counts, strict=True))
-    assert m.pack_command(Op.LOAD, 11, image.header) == command(Op.LOAD, **signals, **body)
+    assert ours(Op.LOAD, m.load_arguments(image)) == command(Op.LOAD, **signals, **body)
 
 
-@given(crc=u32, initial_output=motor)
-def test_commit(crc: int, initial_output: int) -> None:
-    ours = m.pack_command(Op.COMMIT, 11, m.commit_arguments(crc, initial_output))
-    assert ours == command(Op.COMMIT, GenomeCrc=crc, InitialOutput=initial_output)
+@given(crc=u32)
+def test_commit(crc: int) -> None:
+    assert ours(Op.COMMIT, m.commit_arguments(crc)) == command(Op.COMMIT, GenomeCrc=crc)
+
+
+@given(period=st.integers(1, 65535))
+def test_arm(period: int) -> None:
+    assert ours(Op.ARM, m.arm_arguments(period * 1e-4)) == command(Op.ARM, TickPeriod=period)
 
 
 @given(
     trial_id=st.integers(1, 65535),
     max_ticks=st.integers(1, 65535),
-    period=st.integers(1, 65535),
     mode=st.sampled_from(Mode),
     telemetry=st.integers(0, 7),
 )
-def test_start(trial_id: int, max_ticks: int, period: int, mode: Mode, telemetry: int) -> None:
-    arguments = m.start_arguments(trial_id, max_ticks, period * 1e-4, mode, Telemetry(telemetry))
-    assert m.pack_command(Op.START, 11, arguments) == command(
-        Op.START, TrialId=trial_id, MaxTicks=max_ticks, TickPeriod=period, Mode=mode, Telemetry=telemetry
-    )
+def test_start(trial_id: int, max_ticks: int, mode: Mode, telemetry: int) -> None:
+    arguments = m.start_arguments(trial_id, max_ticks, mode, Telemetry(telemetry))
+    expected = command(Op.START, TrialId=trial_id, MaxTicks=max_ticks, Mode=mode, Telemetry=telemetry)
+    assert ours(Op.START, arguments) == expected
 
 
-@given(action=st.integers(0, 2), period=st.integers(0, 65535))
-def test_store(action: int, period: int) -> None:
-    ours = m.pack_command(Op.STORE, 11, m.store_arguments(action, period * 1e-4))
-    assert ours == command(Op.STORE, StoreAction=action, AutorunTickPeriod=period)
+@given(action=st.sampled_from(StoreAction), period=st.integers(0, 32767))
+def test_store(action: StoreAction, period: int) -> None:
+    expected = command(Op.STORE, StoreAction=action, AutorunTickPeriod=period)
+    assert ours(Op.STORE, m.store_arguments(action, period * 1e-4)) == expected
 
 
-@pytest.mark.parametrize("op", [Op.ARM, Op.STOP, Op.CLEAR, Op.LAST, Op.STORED])
+@given(node=st.integers(1, 127))
+def test_node(node: int) -> None:
+    assert ours(Op.NODE, m.node_arguments(node)) == command(Op.NODE, NewNode=node)
+
+
+@pytest.mark.parametrize("op", [Op.STOP, Op.CLEAR, Op.LAST, Op.STORED])
 def test_commands_without_arguments(op: Op) -> None:
-    assert m.pack_command(op, 11) == command(op)
+    assert ours(op) == command(op)
 
 
 @given(status=st.sampled_from(Status), crc=u32, missing=u8)

@@ -46,7 +46,7 @@ def test_nobody_on_this_node_is_one_clear_error(board: PosixBoard) -> None:
     link.close()
 
 
-@pytest.mark.parametrize(("name", "value"), [("LINK_VERSION", 2), ("ARITHMETIC_ID", 1)])
+@pytest.mark.parametrize(("name", "value"), [("LINK_VERSION", 99), ("ARITHMETIC_ID", 1)])
 def test_other_versions_are_refused(board: PosixBoard, monkeypatch: pytest.MonkeyPatch, name: str, value: int) -> None:
     from sceann_hil.link import messages
 
@@ -104,7 +104,7 @@ def test_a_stuck_host_stops_the_robot(board: PosixBoard) -> None:
     upload(link, np.ones((2, 4), np.int8), size, Dynamics())
     with link.exclusive(trial_id=5):
         link.request(Op.ARM)
-        link.request(Op.START, start_arguments(5, 100, 0.02, Mode.HIL, Telemetry.NONE))
+        link.request(Op.START, start_arguments(5, 100, Mode.HIL, Telemetry.NONE))
         assert link.receive(0.15) is not None
         assert link.state is State.RUNNING
         time.sleep(0.5)

@@ -25,7 +25,7 @@ from sceann_hil.config import parse_config
 from sceann_hil.firmware.emulated.posix import BOARD_RECORD, BODY_RECORD, PosixBoard, RecordKind
 from sceann_hil.link.line import Incoming
 from sceann_hil.link.lockstep import run_lockstep
-from sceann_hil.link.messages import start_arguments
+from sceann_hil.link.messages import arm_arguments, start_arguments
 from sceann_hil.link.serial_bus import SceannSerialBus
 from sceann_hil.link.session import RobotLink
 from sceann_hil.link.trial import Order
@@ -40,8 +40,8 @@ from sceann_hil.run.experiment import Experiment
 
 SENSE_LIMIT = {115_200: 823.0, 500_000: 500_000 / 140}
 """SENSE frames per second that fit the wire: 14 bytes of 10 bits (docs/link.md)."""
-LOCKSTEP_LIMIT = {115_200: 440.0, 500_000: 1900.0}
-"""Lock-steps per second as docs/link.md states them."""
+LOCKSTEP_LIMIT = {115_200: 411.0, 500_000: 1785.0}
+"""Lock-steps per second that fit the wire: SENSE_IN and DRIVE, 14 bytes each (docs/link.md)."""
 SENSE_PERIOD_S = {115_200: 0.0013, 500_000: 0.0003}
 SIZE = NetworkSize(6, 0, 1)
 TICKS = 300
@@ -134,8 +134,8 @@ def _sense_rate(baud: int) -> float:
                 arrivals.append(time.perf_counter())
 
         with _linked(board) as link, link.exclusive(9), link.listening(listen):
-            link.request(Op.ARM)
-            link.request(Op.START, start_arguments(9, 3000, SENSE_PERIOD_S[baud], Mode.ONBOARD, Telemetry.SENSE))
+            link.request(Op.ARM, arm_arguments(SENSE_PERIOD_S[baud]))
+            link.request(Op.START, start_arguments(9, 3000, Mode.ONBOARD, Telemetry.SENSE))
             until_s = time.monotonic() + 1.5
             while time.monotonic() < until_s:
                 link.receive(0.05)

@@ -1,11 +1,17 @@
-"""From a press on the web panel to the robot's safe output, on the virtual robot (firmware, line and motor driver)."""
+"""From a press on the web panel to the robot's safe output, on the virtual robot (firmware, line and motor driver).
+
+And to the answer, beside a crowd of strangers who want the panel for themselves.
+"""
 
 from __future__ import annotations
 
 import http.client
 import json
+import subprocess
+import sys
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 from figures import Figure
@@ -18,10 +24,12 @@ from sceann_hil.firmware.emulated.posix import RecordKind
 from sceann_hil.network.coding import Coding, NetworkSize
 from sceann_hil.network.controller import Dynamics
 from sceann_hil.robot import Trials
-from sceann_hil.supervision.operators import Desk, Situation, Verb
+from sceann_hil.supervision.operators import Desk, Phase, Situation, Verb
 from sceann_hil.supervision.operators.web import WebPanel
 
 PRESSES = 25
+STRANGERS = ("2000", "50", "20")
+"""Idle, slow and flooding connections."""
 SIZE = NetworkSize(2, 1, 1)
 FIELDS = ("x_m", "velocity_m_s", "angle_rad", "angular_velocity_rad_s")
 
@@ -48,7 +56,69 @@ def run() -> list[Figure]:
                 stops.append(_press(virtual, robot, number, Verb.EMERGENCY_STOP))
         worst_ms = 1e3 * max(stops)
         figures.append(Figure("the same, emergency stop", f"worst {worst_ms:.1f} ms", "< 100 ms", worst_ms < 100))
+    return [*figures, *_beside_strangers()]
+
+
+def _beside_strangers() -> list[Figure]:
+    """STOP over a new connection and over the one that the page keeps open, with and without strangers."""
+    figures = []
+    desk = Desk()
+    with WebPanel(desk, "127.0.0.1", 0) as panel:
+        alone_ms = _answers_ms(panel)
+        command = [sys.executable, str(Path(__file__).with_name("panel_crowd.py")), str(panel.port), *STRANGERS]
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as crowd:
+            assert crowd.stdout is not None
+            crowd.stdout.readline()
+            time.sleep(1.0)
+            beside_ms = _answers_ms(panel)
+            crowd.communicate("", timeout=30)
+    for what, alone, beside in zip(("a kept connection", "a new connection"), alone_ms, beside_ms, strict=True):
+        idle, slow, flooding = STRANGERS
+        figures.append(
+            Figure(
+                f"STOP answered over {what} beside {idle} idle, {slow} slow, {flooding} flooding ones",
+                f"median {np.median(beside):.1f} ms, worst {max(beside):.1f} ms (alone {np.median(alone):.1f} ms)",
+                "< 100 ms",
+                max(beside) < 100,
+            )
+        )
     return figures
+
+
+def _answers_ms(panel: WebPanel) -> tuple[list[float], list[float]]:
+    kept = http.client.HTTPConnection("127.0.0.1", panel.port, timeout=30)
+    times: tuple[list[float], list[float]] = ([], [])
+    for _ in range(PRESSES):
+        times[0].append(_answer_ms(kept, panel))
+        new = http.client.HTTPConnection("127.0.0.1", panel.port, timeout=30)
+        times[1].append(_answer_ms(new, panel))
+        new.close()
+        time.sleep(0.05)
+    kept.close()
+    return times
+
+
+def _answer_ms(connection: http.client.HTTPConnection, panel: WebPanel) -> float:
+    stopped = threading.Event()
+
+    def trial() -> None:
+        with panel.desk.flight(Situation(0, 0, 0, 0, ""), lambda _: stopped.set()):
+            stopped.wait(60)
+
+    thread = threading.Thread(target=trial)
+    thread.start()
+    while panel.desk.view().phase is not Phase.RUNNING:
+        time.sleep(0.001)
+    cookie = f"{panel.access.cookie}={panel.access.token}"
+    pressed_s = time.perf_counter()
+    connection.request("POST", "/press", '{"verb": "stop"}', {"Content-Type": "application/json", "Cookie": cookie})
+    answer = connection.getresponse()
+    answer.read()
+    answered_s = time.perf_counter()
+    thread.join()
+    if answer.status != 200:
+        raise RuntimeError(f"STOP was answered {answer.status}")
+    return 1e3 * (answered_s - pressed_s)
 
 
 def _press(virtual: VirtualPosix, robot: RemoteRobot, number: int, verb: Verb) -> float:

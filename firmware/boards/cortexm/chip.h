@@ -19,10 +19,11 @@ extern const uint8_t chip_uart_interrupt;      /* its number */
 
 void HardFault_Handler(void);          /* a chip may bring its own */
 void chip_init(sceann_port *port);             /* clocks, UART, store; fills in name, store, id, reset cause */
-int chip_uart_get(bool *line_break);           /* the next received byte, or -1; called from the interrupt */
+int chip_uart_get(bool *bad_stop_bit);         /* the next received byte, or -1; called from the interrupt */
+bool chip_line_is_low(void);                   /* the level of the receiving pin */
 bool chip_uart_put(uint8_t byte);              /* false while the transmitter is full */
 void chip_store_read(void *board, uint16_t at, uint8_t *data, uint8_t n);
-void chip_store_write(void *board, uint16_t at, const uint8_t *data, uint8_t n);
+bool chip_store_write(void *board, uint16_t at, const uint8_t *data, uint8_t n);
 void chip_watchdog_start(void);                /* both chips' watchdogs cannot be stopped again */
 void chip_watchdog_feed(void);
 

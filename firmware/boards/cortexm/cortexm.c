@@ -19,6 +19,7 @@ int main(void);
 
 static sceann_robot robot;
 static sceann_decoder decoder;
+static sceann_kept kept __attribute__((section(".noinit")));
 
 /* ---- UART -------------------------------------------------------------------------------------------------------- */
 
@@ -26,7 +27,7 @@ static struct {
     volatile uint8_t head, tail;
     uint8_t data[RING];
 } ring;
-static volatile bool line_break;
+static volatile bool bad_stop_bit;     /* of a zero byte: a BREAK, perhaps */
 
 static void uart_handler(void)
 {
@@ -39,7 +40,7 @@ static void uart_handler(void)
         }
     }
     if (broken) {
-        line_break = true;
+        bad_stop_bit = true;
     }
 }
 
@@ -113,14 +114,20 @@ static void no_output(void *board)
     (void)board;
 }
 
+/* A BREAK holds the line low; a bad stop bit lets go of it within a frame. */
 static uint16_t alarms(void *board)
 {
-    (void)board;
-    const bool seen = line_break;
-    if (seen) {
-        line_break = false;
+    if (!bad_stop_bit) {
+        return 0;
     }
-    return seen ? SCEANN_ALARM_BREAK : 0u;
+    bad_stop_bit = false;
+    const uint32_t began = clock_us(board);
+    while (clock_us(board) - began < SCEANN_BREAK_US) {
+        if (!chip_line_is_low()) {
+            return 0;
+        }
+    }
+    return SCEANN_ALARM_BREAK;
 }
 
 static uint16_t no_battery(void *board)
@@ -179,6 +186,7 @@ int main(void)
                                 .capabilities = SCEANN_HAS_HIL | SCEANN_HAS_WATCHDOG,
                                 .tick_min = 1,
                                 .tick_max = 1000,
+                                .kept = &kept,
                                 .clock_us = clock_us,
                                 .receive = receive,
                                 .send = send,

@@ -11,6 +11,7 @@
 #define RCGC2 REGISTER(0x400FE108u)
 #define RESET_CAUSE REGISTER(0x400FE05Cu)
 #define UART(offset) REGISTER(0x4000C000u + (offset))
+#define GPIOA_DATA REGISTER(0x400043FCu)
 #define I2C(offset) REGISTER(0x40020000u + (offset))
 #define WATCHDOG(offset) REGISTER(0x40000000u + (offset))
 
@@ -30,7 +31,7 @@ static void uart_init(void)
     UART(0x30u) = 0x301;
 }
 
-int chip_uart_get(bool *line_break)
+int chip_uart_get(bool *bad_stop_bit)
 {
     if ((UART(0x18u) & 0x10u) != 0u) {
         UART(0x44u) = 0x50;
@@ -38,9 +39,14 @@ int chip_uart_get(bool *line_break)
     }
     const uint32_t data = UART(0u);
     if ((data & 0x400u) != 0u) {
-        *line_break = true;
+        *bad_stop_bit = true;
     }
     return (int)(data & 0xFFu);
+}
+
+bool chip_line_is_low(void)
+{
+    return (GPIOA_DATA & 1u) == 0u;
 }
 
 bool chip_uart_put(uint8_t byte)
@@ -97,7 +103,7 @@ void chip_store_read(void *board, uint16_t at, uint8_t *data, uint8_t n)
     }
 }
 
-void chip_store_write(void *board, uint16_t at, const uint8_t *data, uint8_t n)
+bool chip_store_write(void *board, uint16_t at, const uint8_t *data, uint8_t n)
 {
     (void)board;
     uint8_t k = 0;
@@ -107,9 +113,12 @@ void chip_store_write(void *board, uint16_t at, const uint8_t *data, uint8_t n)
             I2C(8u) = data[k++];
             at++;
             page_ends = k == n || at % PAGE == 0u;
-            i2c(page_ends ? STOP | RUN : RUN);
+            if (!i2c(page_ends ? STOP | RUN : RUN)) {
+                return false;
+            }
         } while (!page_ends);
     }
+    return k == n;
 }
 
 static bool has_eeprom(void)

@@ -21,7 +21,7 @@ typedef struct {
     double free_us;                    /* paced: when the line is free for the next byte */
 } queue;
 
-static int line = -1;
+static int line = -1, alive = -1;
 static double byte_us;                 /* 10 bits; 0 = not paced */
 static queue in, out;
 static sceann_decoder decoder;
@@ -32,6 +32,11 @@ void line_open(int fd, uint32_t baud)
     byte_us = baud == 0u ? 0.0 : 1e7 / baud;
     fcntl(fd, F_SETFL, fcntl(fd, F_GETFL) | O_NONBLOCK);
     prctl(PR_SET_TIMERSLACK, 1000ul);  /* paced bytes leave within microseconds, not 50 us late */
+}
+
+void line_ends_with(int fd)
+{
+    alive = fd;
 }
 
 static void drop(queue *q, size_t n)
@@ -133,7 +138,7 @@ void line_send(void *board, const sceann_message *message)
     move_out();
 }
 
-void line_wait(uint32_t timeout_us)
+void line_wait(uint32_t timeout_us, uint32_t allowed_us)
 {
     const double now = (double)clock_now_us();
     double timeout = (double)timeout_us;
@@ -156,13 +161,22 @@ void line_wait(uint32_t timeout_us)
         }
     }
     timeout = timeout < 0.0 ? 0.0 : timeout;
-    struct pollfd f = { line, events, 0 };
+    struct pollfd fs[2] = { { line, events, 0 }, { alive, 0, 0 } };
+    const struct pollfd *f = &fs[0];
     const struct timespec t = { (time_t)(timeout / 1e6), (long)((timeout - 1e6 * (double)(time_t)(timeout / 1e6)) * 1e3) };
-    if (ppoll(&f, 1, &t, NULL) > 0) {
-        if (f.revents & (POLLHUP | POLLERR | POLLNVAL)) {
+    const int ready_n = ppoll(fs, 2, &t, NULL);
+    const double overslept = (double)clock_now_us() - now - timeout;
+    if (overslept > 0.0) {
+        clock_forgive((uint64_t)overslept, allowed_us);
+    }
+    if (fs[1].revents != 0) {
+        exit(0);
+    }
+    if (ready_n > 0) {
+        if (f->revents & (POLLHUP | POLLERR | POLLNVAL)) {
             sleep_us(1000.0);          /* unplugged: wait for the next opening of the terminal */
         }
-        if (f.revents & POLLIN) {
+        if (f->revents & POLLIN) {
             move_in();
         }
     }

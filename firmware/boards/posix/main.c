@@ -2,11 +2,13 @@
  * The firmware as a Linux process:
  *
  *   sceann-posix --link FD [--body FD --sensors N --motors N] [--store FILE] [--baud N] [--node N] [--name TEXT] [--id N]
+ *                [--alive FD]
  *
  * --link   the serial line: an inherited socket or pseudo-terminal
  * --body   sensors and motor driver, records as in board.h; without it the board serves HIL only
  * --store  the EEPROM, 1024 bytes, made if absent; without it nothing survives
  * --baud   pace the line like a UART of that rate (8N1); as fast as it goes without it
+ * --alive  a pipe: when nobody is left who could write to it, the process that this robot belongs to is gone, and it ends
  *
  * The watchdog starts the program anew with reset cause 3, as a chip does. SIGUSR1 makes the main loop hang, so that a
  * test can see it bite.
@@ -29,16 +31,18 @@
 #define STORE_SIZE 1024u
 #define WATCHDOG_US 500000
 #define EXIT_USAGE 2
+#define PUNCTUAL_US 10000u             /* how late this computer may be before the robot's time stands still */
 
 static int store = -1;
 static char **arguments;               /* of this process, with the reset cause in the last one */
-static char reset_cause[] = "1";
+static char reset_cause[] = "1:00000000";       /* and what `kept` held: RAM that survives a reset */
+static sceann_kept kept;
 static volatile sig_atomic_t hang;
 
 static uint32_t clock_us(void *board)
 {
     (void)board;
-    return (uint32_t)clock_now_us();
+    return (uint32_t)clock_robot_us();
 }
 
 static void store_read(void *board, uint16_t at, uint8_t *data, uint8_t n)
@@ -48,23 +52,38 @@ static void store_read(void *board, uint16_t at, uint8_t *data, uint8_t n)
     (void)!pread(store, data, n, at);
 }
 
-static void store_write(void *board, uint16_t at, const uint8_t *data, uint8_t n)
+static bool store_write(void *board, uint16_t at, const uint8_t *data, uint8_t n)
 {
     (void)board;
-    (void)!pwrite(store, data, n, at); /* a failed write shows when the core reads it back */
+    return pwrite(store, data, n, at) == (ssize_t)n;
 }
+
+static bool guarded;
 
 static void watchdog(void *board, sceann_watchdog action)
 {
     (void)board;
+    guarded = action != SCEANN_WATCHDOG_OFF;
     const struct itimerval timer = { { 0, 0 }, { 0, action == SCEANN_WATCHDOG_OFF ? 0 : WATCHDOG_US } };
     setitimer(ITIMER_REAL, &timer, NULL);
+}
+
+void board_feed(void)
+{
+    if (guarded) {
+        watchdog(NULL, SCEANN_WATCHDOG_FEED);
+    }
 }
 
 static void on_watchdog(int signal)
 {
     (void)signal;
     reset_cause[0] = '3';
+    reset_cause[1] = ':';
+    const uint32_t word = (uint32_t)kept.flags << 16 | kept.check;
+    for (int k = 0; k < 8; k++) {
+        reset_cause[2 + k] = "0123456789abcdef"[word >> (28 - 4 * k) & 15u];
+    }
     execv("/proc/self/exe", arguments);
     _exit(70);
 }
@@ -132,18 +151,19 @@ static void catch_signals(void)
 
 int main(int argc, char **argv)
 {
-    enum { LINK = 1, BODY, SENSORS, MOTORS, STORE, BAUD, NODE, NAME, ID, CAUSE };
+    enum { LINK = 1, BODY, SENSORS, MOTORS, STORE, BAUD, NODE, NAME, ID, ALIVE, CAUSE };
     static const struct option options[] = {
         { "link", 1, NULL, LINK },   { "body", 1, NULL, BODY }, { "sensors", 1, NULL, SENSORS },
         { "motors", 1, NULL, MOTORS }, { "store", 1, NULL, STORE }, { "baud", 1, NULL, BAUD },
         { "node", 1, NULL, NODE },   { "name", 1, NULL, NAME }, { "id", 1, NULL, ID },
-        { "reset-cause", 1, NULL, CAUSE }, { NULL, 0, NULL, 0 }
+        { "alive", 1, NULL, ALIVE }, { "reset-cause", 1, NULL, CAUSE }, { NULL, 0, NULL, 0 }
     };
     static sceann_port port = { .name = "posix",
                                 .node = 1,
                                 .capabilities = SCEANN_HAS_HIL | SCEANN_HAS_WATCHDOG,
                                 .tick_min = 1,
                                 .tick_max = 2500,
+                                .kept = &kept,
                                 .clock_us = clock_us,
                                 .receive = line_receive,
                                 .send = line_send,
@@ -174,7 +194,13 @@ int main(int argc, char **argv)
         case NODE: port.node = (uint8_t)number("node", optarg, 1, 127); break;
         case NAME: strncpy(port.name, optarg, sizeof port.name - 1u); break;
         case ID: set_unique_id(port.unique_id, number("id", optarg, 0, 0xFFFFFFFFFFFFL)); break;
-        case CAUSE: port.reset_cause = (uint8_t)number("reset-cause", optarg, 0, 5); break;
+        case ALIVE: line_ends_with((int)number("alive", optarg, 0, 1 << 20)); break;
+        case CAUSE: {
+            const unsigned long word = strtoul(optarg + 2, NULL, 16);
+            port.reset_cause = (uint8_t)(optarg[0] - '0');
+            kept = (sceann_kept){ (uint16_t)(word >> 16), (uint16_t)word };
+            break;
+        }
         default: return EXIT_USAGE;
         }
     }
@@ -185,7 +211,7 @@ int main(int argc, char **argv)
         usage("expected --body, --sensors and --motors together", "only some of them");
     }
     if (body >= 0) {
-        port.capabilities |= SCEANN_HAS_BODY | SCEANN_HAS_BATTERY | SCEANN_HAS_BUMPER;
+        port.capabilities |= SCEANN_HAS_BODY | SCEANN_HAS_BATTERY | SCEANN_HAS_BUMPER | SCEANN_HAS_BUTTON;
     }
     if (port.reset_cause == 0u) {
         port.reset_cause = 1;
@@ -204,6 +230,8 @@ int main(int argc, char **argv)
         sceann_robot_poll(&robot);
         while (hang) {
         }
-        line_wait(sceann_robot_idle_us(&robot));
+        const uint32_t half = robot.trial.period_us / 2u;
+        const bool running = robot.state == SCEANN_RUNNING && robot.trial.mode != SCEANN_HIL;
+        line_wait(sceann_robot_idle_us(&robot), running && half < PUNCTUAL_US ? half : PUNCTUAL_US);
     }
 }

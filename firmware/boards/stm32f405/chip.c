@@ -57,7 +57,7 @@ static void uart_init(void)
     USART(0x0Cu) = 1u << 13 | 1u << 5 | 1u << 3 | 1u << 2;     /* on, receive interrupt, both directions */
 }
 
-int chip_uart_get(bool *line_break)
+int chip_uart_get(bool *bad_stop_bit)
 {
     const uint32_t status = USART(0u);
     if ((status & (1u << 5)) == 0u) {
@@ -65,9 +65,14 @@ int chip_uart_get(bool *line_break)
     }
     const uint8_t byte = (uint8_t)USART(4u);
     if ((status & 2u) != 0u && byte == 0u) {
-        *line_break = true;
+        *bad_stop_bit = true;
     }
     return byte;
+}
+
+bool chip_line_is_low(void)
+{
+    return (GPIOA(0x10u) & 1u << 10) == 0u;
 }
 
 bool chip_uart_put(uint8_t byte)
@@ -118,12 +123,13 @@ void chip_store_read(void *board, uint16_t at, uint8_t *data, uint8_t n)
     }
 }
 
-void chip_store_write(void *board, uint16_t at, const uint8_t *data, uint8_t n)
+bool chip_store_write(void *board, uint16_t at, const uint8_t *data, uint8_t n)
 {
     (void)board;
     for (uint8_t k = 0; k < n; k++) {
         BACKUP[at + k] = data[k];
     }
+    return true;                       /* the core reads it back */
 }
 
 /* Switches the backup SRAM on; true if it holds what is written to its last byte. */

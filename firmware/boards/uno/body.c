@@ -5,14 +5,13 @@
 
 #include <avr/io.h>
 
-#define BATTERY_PERIOD 64u             /* body_battery_mv measures every so many calls of body_switches */
+#define SETTLING 8u                    /* conversions until the band gap, which is a weak source, can be read */
 
 static uint16_t battery_mv;
-static uint8_t battery_age;
 
 static uint16_t convert(uint8_t channel)
 {
-    ADMUX = (uint8_t)(_BV(REFS0) | channel);   /* reference AVcc, 5 V */
+    ADMUX = (uint8_t)(_BV(REFS0) | channel);   /* reference AVcc */
     ADCSRA |= _BV(ADSC);
     while ((ADCSRA & _BV(ADSC)) != 0u) {
     }
@@ -24,6 +23,8 @@ void body_init(void)
     body_safe((void *)0);
     MOTOR_DDR |= RIGHT_PWM | RIGHT_FORWARD | LEFT_PWM | LEFT_FORWARD;
     SWITCH_PORT |= BUMPER | STOP_BUTTON;
+    START_PORT |= START_BUTTON;
+    LIGHT_DDR |= LIGHT;
     TCCR0B = _BV(CS01) | _BV(CS00);            /* 16 MHz / 64 / 256 = 977 Hz */
     ADCSRA = _BV(ADEN) | _BV(ADPS2) | _BV(ADPS1);      /* 250 kHz: 54 us per conversion, still 9 good bits */
 }
@@ -88,13 +89,36 @@ uint16_t body_switches(void)
     if ((pins & BUMPER) == 0u) {
         alarms |= SCEANN_ALARM_BUMPER;
     }
-    if (SCEANN_UNO_SENSORS <= BATTERY_CHANNEL && battery_age++ % BATTERY_PERIOD == 0u) {
-        battery_mv = BATTERY_MV(convert(BATTERY_CHANNEL));
+    if ((START_PIN & START_BUTTON) == 0u) {
+        alarms |= SCEANN_ALARM_BUTTON;
     }
     if (battery_mv >= BATTERY_ABSENT_MV && battery_mv < BATTERY_LOW_MV) {
         alarms |= SCEANN_ALARM_BATTERY;
     }
     return alarms;
+}
+
+void body_measure_battery(void)
+{
+    if (SCEANN_UNO_SENSORS > BATTERY_CHANNEL) {
+        return;
+    }
+    const uint16_t battery = convert(BATTERY_CHANNEL);
+    uint16_t band_gap = 0;
+    for (uint8_t k = 0; k < SETTLING; k++) {
+        band_gap = convert(BAND_GAP_CHANNEL);
+    }
+    battery_mv = band_gap == 0u ? 0u : BATTERY_MV(battery, band_gap);
+}
+
+void body_light(void *board, bool on)
+{
+    (void)board;
+    if (on) {
+        LIGHT_PORT |= LIGHT;
+    } else {
+        LIGHT_PORT &= (uint8_t)~LIGHT;
+    }
 }
 
 uint16_t body_battery_mv(void *board)

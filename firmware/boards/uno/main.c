@@ -18,6 +18,7 @@ static sceann_robot robot;
 static sceann_decoder decoder;
 static volatile uint32_t timer1_overflows;
 static uint8_t reset_flags __attribute__((section(".noinit")));
+static sceann_kept kept __attribute__((section(".noinit")));
 
 /* Before main: a watchdog that has bitten stays on, and would bite again during the start. */
 void keep_reset_flags(void) __attribute__((naked, used, section(".init3")));
@@ -80,6 +81,12 @@ static void send(void *board, const sceann_message *message)
 static uint16_t alarms(void *board)
 {
     (void)board;
+    static uint8_t measured;
+    const uint8_t turn = (uint8_t)timer1_overflows;    /* of 32.8 ms */
+    if (turn != measured) {
+        measured = turn;
+        body_measure_battery();
+    }
     return (uint16_t)(body_switches() | (uart_break() ? SCEANN_ALARM_BREAK : 0u));
 }
 
@@ -91,10 +98,11 @@ static void store_read(void *board, uint16_t at, uint8_t *data, uint8_t n)
     eeprom_read_block(data, (const void *)at, n);
 }
 
-static void store_write(void *board, uint16_t at, const uint8_t *data, uint8_t n)
+static bool store_write(void *board, uint16_t at, const uint8_t *data, uint8_t n)
 {
     (void)board;
     eeprom_update_block(data, (void *)at, n);
+    return true;                       /* the chip does not tell; the core reads it back */
 }
 
 static void watchdog(void *board, sceann_watchdog action)
@@ -113,6 +121,7 @@ static void watchdog(void *board, sceann_watchdog action)
     }
 }
 
+/* The boot loader that Unos ship with clears the register: 0, and the core finds out by `kept`. */
 static uint8_t reset_cause(void)
 {
     if ((reset_flags & _BV(WDRF)) != 0u) {
@@ -137,14 +146,18 @@ static void read_serial_number(uint8_t *bytes)
 
 /* ---- the board --------------------------------------------------------------------------------------------------- */
 
+/* 0.1 ms: SENSE and DRIVE of a tick and now and then a heartbeat or a reply on the line, and what there is to compute:
+ * conversions, the battery, a step of the largest network. */
+#define TICK_MIN ((uint16_t)(3u * SCEANN_FRAME_MAX * 100000UL / BAUD + 22u))
+
 static sceann_port port = { .name = "uno",
                             .node = 1,
                             .n_sensors = SCEANN_UNO_SENSORS,
                             .n_motors = 2,
                             .capabilities = SCEANN_HAS_BODY | SCEANN_HAS_HIL | SCEANN_HAS_STORE | SCEANN_HAS_AUTORUN |
-                                            SCEANN_HAS_WATCHDOG | SCEANN_HAS_BUMPER |
+                                            SCEANN_HAS_WATCHDOG | SCEANN_HAS_BUMPER | SCEANN_HAS_BUTTON |
                                             (SCEANN_UNO_SENSORS <= BATTERY_CHANNEL ? SCEANN_HAS_BATTERY : 0u),
-                            .tick_min = 20,        /* 2 ms: five conversions, a step, 35 bytes */
+                            .tick_min = TICK_MIN,
                             .tick_max = 2500,      /* 250 ms: the watchdog wants a tick every 500 ms */
                             .store_size = E2END + 1u,
                             .clock_us = clock_us,
@@ -155,6 +168,8 @@ static sceann_port port = { .name = "uno",
                             .safe = body_safe,
                             .alarms = alarms,
                             .battery_mv = body_battery_mv,
+                            .light = body_light,
+                            .kept = &kept,
                             .store_read = store_read,
                             .store_write = store_write,
                             .watchdog = watchdog };

@@ -1,7 +1,11 @@
 #include "uart.h"
 
+#include "sceann_numbers.h"
+#include "wiring.h"
+
 #include <avr/interrupt.h>
 #include <avr/io.h>
+#include <util/delay.h>
 
 #define RING 64u
 #define NEXT(at) ((uint8_t)((at) + 1u) & (RING - 1u))
@@ -12,15 +16,14 @@ typedef struct {
 } ring;
 
 static ring in, out;
-static volatile bool line_break;
+static volatile bool bad_stop_bit;      /* of a zero byte: a BREAK, perhaps */
 
 ISR(USART_RX_vect)
 {
     const uint8_t status = UCSR0A;     /* belongs to the byte, so it is read first */
     const uint8_t byte = UDR0;
     if ((status & _BV(FE0)) != 0u && byte == 0u) {
-        line_break = true;
-        return;
+        bad_stop_bit = true;           /* the byte still ends its frame, whose check sum tells what it is worth */
     }
     const uint8_t next = NEXT(in.head);
     if (next != in.tail) {
@@ -69,11 +72,17 @@ void uart_put(uint8_t byte)
 
 bool uart_break(void)
 {
-    const bool seen = line_break;
-    if (seen) {
-        line_break = false;
+    if (!bad_stop_bit) {
+        return false;
     }
-    return seen;
+    bad_stop_bit = false;
+    for (uint8_t k = 0; k < SCEANN_BREAK_US / 10u; k++) {
+        if ((LINE_PIN & LINE_IN) != 0u) {
+            return false;              /* a bad stop bit: whoever sends lets go of the line within a frame */
+        }
+        _delay_us(10);
+    }
+    return true;
 }
 
 bool uart_has_input(void)

@@ -12,7 +12,7 @@
 void uart_init(void);
 int16_t uart_get(void);                /* the next byte, or -1 */
 void uart_put(uint8_t byte);           /* waits while the ring is full */
-bool uart_break(void);                 /* true once after a BREAK */
+bool uart_break(void);                 /* a BREAK is on the line; looks for SCEANN_BREAK_US if it may be one */
 bool uart_has_input(void);
 
 #endif

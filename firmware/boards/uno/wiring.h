@@ -33,10 +33,25 @@
 #define SWITCH_PORT PORTD
 #define BUMPER _BV(PD2)
 #define STOP_BUTTON _BV(PD3)
+#define START_PIN PINB
+#define START_PORT PORTB
+#define START_BUTTON _BV(PB0)          /* D8 */
 
-/* Battery through 20 kOhm over 10 kOhm: a third of its voltage against the 5 V reference. */
+/* The board's own light, D13: tells the state. */
+#define LIGHT_PORT PORTB
+#define LIGHT_DDR DDRB
+#define LIGHT _BV(PB5)
+
+/* The line from the host, D0: read to tell a BREAK from a bad stop bit. */
+#define LINE_PIN PIND
+#define LINE_IN _BV(PD0)
+
+/* Battery through 20 kOhm over 10 kOhm: a third of its voltage. The reference AVcc sags with an empty battery, so it is
+ * measured too, by the chip's own band gap of 1.1 V (accurate to 10 %, steady to 1 %). */
 #define BATTERY_CHANNEL 5u
-#define BATTERY_MV(adc) ((uint16_t)(((uint32_t)(adc) * 15000u) >> 10))
+#define BAND_GAP_CHANNEL 14u
+#define BAND_GAP_MV 1100u
+#define BATTERY_MV(battery, band_gap) ((uint16_t)((uint32_t)(battery) * (3u * BAND_GAP_MV) / (band_gap)))
 #define BATTERY_LOW_MV 5500u
 #define BATTERY_ABSENT_MV 1000u        /* less than this: no divider is there */
 

@@ -10,7 +10,7 @@ from sceann_hil.firmware.build import Board
 from sceann_hil.firmware.emulated.posix import PosixBoard
 from sceann_hil.firmware.emulated.qemu import QemuBoard
 from sceann_hil.firmware.emulated.simavr import UnoBoard
-from sceann_hil.link.client import Line
+from sceann_hil.link.framed_bus import Line
 
 
 @contextmanager

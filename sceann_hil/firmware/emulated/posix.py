@@ -60,7 +60,7 @@ class BoardRecord:
 
 
 class PosixBody:
-    """The far end of a posix board's pins. A body answers every QUERY within 100 ms."""
+    """The far end of a posix board's pins. The robot's time stands still until a QUERY is answered."""
 
     def __init__(self, end: socket.socket) -> None:
         self.socket = end
@@ -148,6 +148,8 @@ class PosixBoard:
         else:
             host, board = socket.socketpair()
             self.line, self._link = SocketLine(host), board.detach()
+        # the board ends when our end of this pipe is closed, however this process ends
+        self._alive, self._our_life = os.pipe()
         self._body_fd: int | None = None
         if n_sensors:
             near, far = socket.socketpair()
@@ -156,7 +158,8 @@ class PosixBoard:
 
     def _launch(self) -> subprocess.Popen[bytes]:
         command = [str(build_board(Board.POSIX)), "--link", str(self._link), *self._arguments]
-        descriptors = [self._link]
+        command += ["--alive", str(self._alive)]
+        descriptors = [self._link, self._alive]
         if self._body_fd is not None:
             n_sensors, n_motors = self._sizes
             command += ["--body", str(self._body_fd), "--sensors", str(n_sensors), "--motors", str(n_motors)]
@@ -175,8 +178,7 @@ class PosixBoard:
     def close(self) -> None:
         """Ends it and closes everything."""
         self.power_off()
-        os.close(self._link)
-        for descriptor in (self._slave, self._body_fd):
+        for descriptor in (self._link, self._alive, self._our_life, self._slave, self._body_fd):
             if descriptor is not None:
                 os.close(descriptor)
         if self.line is not None:

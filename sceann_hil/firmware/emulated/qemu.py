@@ -7,13 +7,13 @@ a host says HELLO again when nothing comes.
 from __future__ import annotations
 
 import socket
-import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 from sceann_hil.firmware.build import Board, build_board, find_tool
+from sceann_hil.firmware.emulated.guarded import GuardedProcess
 from sceann_hil.firmware.emulated.sockets import SocketLine
 
 MACHINES = {Board.LM3S6965: "lm3s6965evb", Board.STM32F405: "netduinoplus2"}
@@ -63,19 +63,13 @@ class QemuBoard:
         host, chip = socket.socketpair()
         arguments += ["-chardev", f"socket,id=line,fd={chip.fileno()}", "-serial", "chardev:line"]
         self.line = SocketLine(host)
-        self.process = subprocess.Popen(
-            qemu_command(board, image or build_board(board), arguments),
-            pass_fds=[chip.fileno()],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
+        command = qemu_command(board, image or build_board(board), arguments)
+        self._process = GuardedProcess(command, pass_fds=[chip.fileno()])
         chip.close()
 
     def close(self) -> None:
         """Switches the board off."""
-        self.process.kill()
-        self.process.wait()
+        self._process.end()
         self.line.close()
 
     def __enter__(self) -> Self:

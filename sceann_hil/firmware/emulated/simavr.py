@@ -15,7 +15,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.errors import FirmwareBuildFailed
+from sceann_hil.errors import FirmwareBuildFailed, ToolMissing
 from sceann_hil.firmware.build import AVR, Board, Toolchain, build_board, compile_c, find_tool
 from sceann_hil.robot import RobotFault
 
@@ -42,7 +42,11 @@ def _library() -> ct.CDLL:
         ("chip_new", chip, (ct.c_char_p, ct.c_int, ct.c_char_p, u32, u32, ct.c_uint8)),
         ("chip_free", None, (chip,)),
         ("chip_write", ct.c_int, (chip, data, ct.c_int)),
-        ("chip_break", None, (chip,)),
+        ("chip_low", None, (chip, u64)),
+        ("chip_reset", None, (chip, ct.c_uint8)),
+        ("chip_supply", None, (chip, u32)),
+        ("chip_flash", None, (chip, uint, data, uint)),
+        ("chip_start_at", None, (chip, uint)),
         ("chip_read", ct.c_int, (chip, data, ct.c_int)),
         ("chip_waiting", ct.c_int, (chip,)),
         ("chip_run", ct.c_int, (chip, ct.c_int, u64)),
@@ -116,6 +120,10 @@ class AvrChip:
         """Clock cycles since the start."""
         return int(self._library.chip_cycles(self._chip))
 
+    def now_s(self) -> float:
+        """The chip's own time: it stands still while nobody reads or runs it."""
+        return self.cycles / HZ
+
     def run(self, cycles: int, until_bytes: int = 0) -> None:
         """Lets time pass, at most until so many bytes wait to be read.
 
@@ -125,6 +133,22 @@ class AvrChip:
         state = self._library.chip_run(self._chip, until_bytes, cycles)
         if state in (CPU_DONE, CPU_CRASHED):
             raise RobotFault(f"the simulated chip {'crashed' if state == CPU_CRASHED else 'stopped'}")
+
+    def reset(self, flags: int = EXTERNAL_RESET) -> None:
+        """A reset, for the reasons in MCUSR; RAM keeps what is in it."""
+        self._library.chip_reset(self._chip, flags)
+
+    def set_supply(self, millivolts: int) -> None:
+        """The voltage that the chip runs on, and that its converter compares with."""
+        self._library.chip_supply(self._chip, millivolts)
+
+    def add_program(self, at: int, data: bytes) -> None:
+        """Puts more code into flash."""
+        self._library.chip_flash(self._chip, at, data, len(data))
+
+    def start_at(self, address: int) -> None:
+        """Where it starts, now and after every reset."""
+        self._library.chip_start_at(self._chip, address)
 
     def hang(self) -> None:
         """The program runs in circles from now on, deaf to interrupts: a fault that only the watchdog can end."""
@@ -137,14 +161,18 @@ class AvrChip:
         if self._library.chip_write(self._chip, data, len(data)) != len(data):
             raise RobotFault("the simulated line is full: nobody reads it")
 
-    def send_break(self) -> None:
-        """A BREAK on the line."""
-        self._library.chip_break(self._chip)
+    def send_break(self, low_s: float = 0.25) -> None:
+        """A BREAK: the line is low for so long, as `tcsendbreak` does it."""
+        self._library.chip_low(self._chip, int(low_s * HZ))
+
+    def bad_stop_bit(self, baud: int = 115_200) -> None:
+        """A zero byte whose stop bit is low; then the line is idle again."""
+        self._library.chip_low(self._chip, int(HZ / baud / 4))
 
     def read(self, timeout_s: float) -> bytes:
         """What the UART has sent, after at most so many simulated seconds for the first byte."""
         if not self._library.chip_waiting(self._chip):
-            self.run(int(timeout_s * HZ), until_bytes=1)
+            self.run(int(timeout_s * HZ) + 1, until_bytes=1)
         waiting = self._library.chip_waiting(self._chip)
         buffer = ct.create_string_buffer(max(waiting, 1))
         got = self._library.chip_read(self._chip, buffer, waiting)
@@ -205,15 +233,45 @@ class AvrChip:
     # -- pins -------------------------------------------------------------------------------------------------------
 
     def set_analogue(self, channel: int, value: int) -> None:
-        """The voltage at an analogue input, given as the 10-bit value that the chip will read."""
-        self._library.chip_adc(self._chip, channel, -(-value * 5000 // 1023))
+        """The voltage at an analogue input, given as the 10-bit value that the chip reads at a supply of 5 V."""
+        self.set_millivolts(channel, -(-value * 5000 // 1023))
+
+    def set_millivolts(self, channel: int, millivolts: int) -> None:
+        """The voltage at an analogue input."""
+        self._library.chip_adc(self._chip, channel, millivolts)
 
     def set_pin(self, port: str, pin: int, high: bool) -> None:
         """The level at a digital input."""
         self._library.chip_pin(self._chip, port.encode(), pin, int(high))
 
 
-_PORTD, _TCCR0A, _OCR0A, _OCR0B = 0x2B, 0x44, 0x47, 0x48
+BOOT_LOADER = Path("/usr/share/arduino/hardware/arduino/avr/bootloaders/optiboot/optiboot_atmega328.hex")
+"""Optiboot 4.4, which Unos ship with."""
+BOOT_LOADER_PC = 0x7E00
+
+
+@cache
+def boot_loader() -> bytes:
+    """The boot loader that Unos ship with.
+
+    Raises:
+        ToolMissing: it is not installed.
+    """
+    if not BOOT_LOADER.exists():
+        raise ToolMissing(
+            f"{BOOT_LOADER}: the boot loader is not there.", "On Debian or Ubuntu: apt-get install arduino-core-avr"
+        )
+    code = bytearray(b"\xff" * 512)
+    for line in BOOT_LOADER.read_text().split():
+        count, address, kind = int(line[1:3], 16), int(line[3:7], 16), int(line[7:9], 16)
+        if kind == 0:
+            at = address - BOOT_LOADER_PC
+            code[at : at + count] = bytes.fromhex(line[9 : 9 + 2 * count])
+    return bytes(code)
+
+
+_PORTB, _PORTD, _TCCR0A, _OCR0A, _OCR0B = 0x25, 0x2B, 0x44, 0x47, 0x48
+_LIGHT = 0x20
 _CONNECTED_A, _CONNECTED_B = 0x80, 0x20
 _LEFT_FORWARD, _RIGHT_FORWARD = 0x80, 0x10
 
@@ -225,13 +283,24 @@ class UnoBoard(AvrChip):
         flags: compile-time choices (``-D...``) of ``firmware/boards/uno``.
         eeprom: what was in its EEPROM when it was switched off.
         reset_flags: why it starts.
+        booted: every start goes through the boot loader that Unos ship with.
     """
 
-    def __init__(self, flags: tuple[str, ...] = (), eeprom: bytes | None = None, reset_flags: int = POWER_ON) -> None:
+    def __init__(
+        self,
+        flags: tuple[str, ...] = (),
+        eeprom: bytes | None = None,
+        reset_flags: int = POWER_ON,
+        booted: bool = False,
+    ) -> None:
         super().__init__(build_board(Board.UNO, flags), reset_flags=reset_flags)
+        if booted:
+            self.add_program(BOOT_LOADER_PC, boot_loader())
+            self.start_at(BOOT_LOADER_PC)
         self.eeprom = b"\xff" * 1024 if eeprom is None else eeprom
-        for switch in (2, 3):
+        for switch in (0, 2, 3):
             self.set_pin("D", switch, True)
+        self.set_pin("B", 0, True)
 
     def set_sensors(self, values: list[int]) -> None:
         """10-bit values at A0, A1, ..."""
@@ -245,6 +314,15 @@ class UnoBoard(AvrChip):
     def set_stop_button(self, pressed: bool) -> None:
         """The stop button."""
         self.set_pin("D", 3, not pressed)
+
+    def set_start_button(self, pressed: bool) -> None:
+        """The start button."""
+        self.set_pin("B", 0, not pressed)
+
+    @property
+    def light(self) -> bool:
+        """The board's light is on."""
+        return bool(self.peek(_PORTB, 1)[0] & _LIGHT)
 
     @property
     def motors(self) -> tuple[int, int]:

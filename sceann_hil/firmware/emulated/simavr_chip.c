@@ -68,6 +68,8 @@ static void no_log(avr_t *avr, const int level, const char *format, va_list argu
     (void)arguments;
 }
 
+void chip_pin(chip *c, char port, int pin, int level);
+
 /* ---- UART 0 ------------------------------------------------------------------------------------------------------ */
 
 static void feed(chip *c)              /* while the simulated receiver has room */
@@ -196,10 +198,45 @@ int chip_write(chip *c, const uint8_t *data, int n)     /* bytes accepted */
     return k;
 }
 
-void chip_break(chip *c)
+static avr_cycle_count_t release_line(avr_t *avr, avr_cycle_count_t when, void *param)
 {
+    (void)avr;
+    (void)when;
+    chip_pin(param, 'D', 0, 1);
+    return 0;
+}
+
+/* The line is low for so many cycles: a zero byte without its stop bit. */
+void chip_low(chip *c, uint64_t cycles)
+{
+    chip_pin(c, 'D', 0, 0);
+    avr_cycle_timer_register(c->avr, cycles, release_line, c);
     (void)put(&c->to_chip, BREAK);
     feed(c);
+}
+
+/* A reset with these flags in MCUSR; RAM and registers of the program stay as they are. */
+void chip_reset(chip *c, uint8_t flags)
+{
+    avr_reset(c->avr);
+    c->avr->data[0x54] = flags;
+}
+
+void chip_supply(chip *c, uint32_t millivolts)
+{
+    c->avr->vcc = c->avr->avcc = c->avr->aref = millivolts;
+}
+
+/* More of a program, such as a boot loader beside an application. */
+void chip_flash(chip *c, unsigned at, const uint8_t *data, unsigned n)
+{
+    memcpy(c->avr->flash + at, data, n);
+    c->avr->codeend = c->avr->flashend;
+}
+
+void chip_start_at(chip *c, unsigned at)
+{
+    c->avr->pc = c->avr->reset_pc = at;
 }
 
 int chip_read(chip *c, uint8_t *data, int n)
@@ -273,8 +310,8 @@ int chip_exchange(chip *c, unsigned at_flag, uint8_t command, unsigned at_in, co
 /* The program hangs from now on, deaf to interrupts: only the watchdog can help. */
 void chip_hang(chip *c)
 {
-    static const uint8_t loop[] = { 0x00, 0x00, 0xFE, 0xCF };  /* nop, and back to it, in the last words of flash */
-    const uint32_t at = c->avr->flashend + 1u - sizeof loop;
+    static const uint8_t loop[] = { 0x00, 0x00, 0xFE, 0xCF };  /* nop, and back to it */
+    const uint32_t at = 0x7E00u - sizeof loop;     /* below a boot loader */
     memcpy(c->avr->flash + at, loop, sizeof loop);
     c->avr->pc = at;
     c->avr->sreg[S_I] = 0;

@@ -7,7 +7,7 @@ import socket
 
 
 class SocketLine:
-    """`read` and `write` of `sceann_hil.link.client.Line` on a socket."""
+    """`read` and `write` of `sceann_hil.link.framed_bus.Line` on a socket."""
 
     def __init__(self, end: socket.socket) -> None:
         self.socket = end

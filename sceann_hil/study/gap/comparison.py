@@ -6,12 +6,12 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import stats
 
 from sceann_hil.robot import GapEstimate
 from sceann_hil.run.measuring import Measurement
-
-CONFIDENCE = 0.95
+from sceann_hil.study.statistics import contrast
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +23,7 @@ class GenomeGap:
         simulated: mean fitness in simulation.
         measured: mean fitness on the robot.
         gap: measured minus simulated.
-        low: lower end of the gap's 95 % interval (Welch); not a number with a single repeat.
+        low: lower end of the gap's 95 % interval (Welch); None with a single repeat.
         high: upper end.
     """
 
@@ -31,8 +31,8 @@ class GenomeGap:
     simulated: float
     measured: float
     gap: float
-    low: float
-    high: float
+    low: float | None
+    high: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,16 +43,16 @@ class GapReport:
         simulation: name of the simulated robot.
         robot: name of the other one.
         genomes: one by one.
-        rank_correlation: Spearman's, over genomes; not a number with fewer than three, or without differences.
-        p_value: of no correlation.
+        rank_correlation: Spearman's, over genomes; None with fewer than three, or without differences.
+        p_value: of no correlation; None without one.
         estimate: gap parameters that make the simulation behave like the robot; None if there are no traces.
     """
 
     simulation: str
     robot: str
     genomes: tuple[GenomeGap, ...]
-    rank_correlation: float
-    p_value: float
+    rank_correlation: float | None
+    p_value: float | None
     estimate: GapEstimate | None
 
     @classmethod
@@ -69,8 +69,8 @@ class GapReport:
             simulated.robot,
             measured.robot,
             gaps,
-            float(rank.statistic) if rank is not None else float("nan"),
-            float(rank.pvalue) if rank is not None else float("nan"),
+            float(rank.statistic) if rank is not None else None,
+            float(rank.pvalue) if rank is not None else None,
             estimate,
         )
 
@@ -79,17 +79,9 @@ class GapReport:
         return asdict(self)
 
 
-def _gap(genome: str, simulated: np.ndarray[Any, Any], measured: np.ndarray[Any, Any]) -> GenomeGap:
-    gap = float(measured.mean() - simulated.mean())
-    low = high = float("nan")
-    n, m = len(measured), len(simulated)
-    if n > 1 and m > 1:
-        parts = measured.var(ddof=1) / n, simulated.var(ddof=1) / m
-        error = float(np.sqrt(sum(parts)))
-        if error > 0.0:
-            freedom = sum(parts) ** 2 / (parts[0] ** 2 / (n - 1) + parts[1] ** 2 / (m - 1))
-            half = float(stats.t.ppf((1 + CONFIDENCE) / 2, freedom)) * error
-        else:
-            half = 0.0
-        low, high = gap - half, gap + half
-    return GenomeGap(genome, float(simulated.mean()), float(measured.mean()), gap, low, high)
+def _gap(genome: str, simulated: NDArray[np.float64], measured: NDArray[np.float64]) -> GenomeGap:
+    means = float(simulated.mean()), float(measured.mean())
+    if min(len(simulated), len(measured)) < 2:
+        return GenomeGap(genome, *means, means[1] - means[0], None, None)
+    found = contrast({"here": simulated, "there": measured}, {"there": 1.0, "here": -1.0})
+    return GenomeGap(genome, *means, found.estimate, found.low, found.high)

@@ -14,80 +14,128 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sceann_hil.journal import AttemptRow
+from sceann_hil.robot import Trace
 from sceann_hil.robot.durations import Durations
 from sceann_hil.run.measuring import Measurement
 from sceann_hil.study.gap.comparison import GapReport
 from sceann_hil.study.gap.spread import Spread
+from sceann_hil.study.style import BLUE, DARK, GREY, MARKERS, ORANGE, SERIES, drawing
 
-_HERE, _THERE = "tab:blue", "tab:orange"
+_HERE, _THERE = BLUE, ORANGE
+_DPI = 140
 
 
 def draw_gap(report: GapReport, simulated: Measurement, measured: Measurement, path: Path) -> None:
     """Per-genome gap with intervals, and fitness here against there."""
-    figure = Figure(figsize=(10, 4.2), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    for number, gap in enumerate(report.genomes):
-        left.plot([number, number], [gap.low, gap.high], color=_THERE)
-        left.plot(number, gap.gap, "o", color=_THERE)
-    left.axhline(0.0, color="0.6", linewidth=1)
-    left.set(xlabel="genome, best first", ylabel="fitness on the robot - in simulation (95 %)")
-    right.scatter(simulated.repeats.mean(axis=1), measured.repeats.mean(axis=1), color=_THERE)
-    low, high = (f([simulated.fitness.min(), measured.fitness.min()]) for f in (min, min))
-    high = max(simulated.fitness.max(), measured.fitness.max())
-    right.plot([low, high], [low, high], color="0.6", linewidth=1)
-    right.set(xlabel=f"fitness, {report.simulation}", ylabel=f"fitness, {report.robot}")
-    right.set_title(f"rank correlation {report.rank_correlation:.2f}")
-    figure.savefig(path, dpi=120)
+    with drawing(19.0, 8.5) as figure:
+        left, right = figure.subplots(1, 2)
+        for number, gap in enumerate(report.genomes):
+            if gap.low is not None and gap.high is not None:
+                left.plot([number, number], [gap.low, gap.high], color=_THERE, label=_once(number, "95 % interval"))
+            left.plot(number, gap.gap, "o", color=_THERE, label=_once(number, "mean of its repeats"))
+        left.axhline(0.0, color=GREY, linewidth=1, label="no gap")
+        left.set_xticks(range(len(report.genomes)), [gap.genome for gap in report.genomes], rotation=45, ha="right")
+        left.set(title="Gap of each genome", xlabel="genome, best first", ylabel="fitness on the robot - in simulation")
+        means = [measurement.repeats.mean(axis=1) for measurement in (simulated, measured)]
+        right.scatter(*means, color=_THERE, label="one genome, mean of its repeats", zorder=3)
+        low, high = min(map(np.min, means)), max(map(np.max, means))
+        right.plot([low, high], [low, high], color=GREY, linewidth=1, label="the same here and there")
+        right.set(
+            xlabel=f"fitness in simulation ({report.simulation})", ylabel=f"fitness on the robot ({report.robot})"
+        )
+        rank = "" if report.rank_correlation is None else f": rank correlation {report.rank_correlation:.2f}"
+        right.set_title(f"Here and there{rank}")
+        for axes in (left, right):
+            axes.legend()
+        _save(figure, path)
 
 
-def draw_trajectories(simulated: Measurement, measured: Measurement, path: Path, most: int = 4) -> bool:
-    """Sensors and motors over time, side by side, for the first trial of some genomes; False without traces."""
+def draw_trajectories(
+    simulated: Measurement,
+    measured: Measurement,
+    genomes: Sequence[str],
+    sensors: Sequence[str],
+    motors: Sequence[str],
+    path: Path,
+    most: int = 4,
+) -> bool:
+    """Sensors and motors over time, side by side, for the first trial of some genomes; False without traces.
+
+    Args:
+        simulated: what the simulation did.
+        measured: what the robot did.
+        genomes: a name for each genome.
+        sensors: a name for each sensor.
+        motors: a name for each motor neuron.
+        path: of the picture.
+        most: so many genomes.
+    """
     if not simulated.traces or not measured.traces:
         return False
-    per_genome = simulated.fitness[0].size, measured.fitness[0].size
     n = min(most, len(simulated.fitness))
-    figure = Figure(figsize=(10, 2.6 * n), layout="constrained")
-    axes = np.asarray(figure.subplots(n, 2, squeeze=False))
-    for row in range(n):
-        pairs = ((simulated, per_genome[0], "simulation"), (measured, per_genome[1], "robot"))
-        for column, (source, stride, title) in enumerate(pairs):
-            axis: Axes = axes[row, column]
-            trace = source.traces[row * stride]
-            axis.plot(trace.sensors / 1023.0, linewidth=1)
-            axis.plot(trace.x[:, -1] / 1024.0, color="0.3", linewidth=0.7, linestyle="--")
-            axis.set(ylim=(-0.02, 1.02), title=f"genome {row}, {title}: {len(trace.sensors)} steps")
-    axes[-1, 0].set_xlabel("step (sensors solid, last motor dashed)")
-    figure.savefig(path, dpi=110)
+    with drawing(19.0, 2.0 + 4.6 * n) as figure:
+        grid = figure.subplots(n, 2, squeeze=False, sharey=True)
+        for row, axes_of_row in enumerate(grid):
+            for axes, source, where in zip(axes_of_row, (simulated, measured), ("simulation", "robot"), strict=True):
+                trace = source.traces[row * source.fitness[0].size]
+                _draw_signals(axes, trace, sensors, motors)
+                axes.set_title(f"{genomes[row]}, {where}: {len(trace.sensors)} steps")
+            axes_of_row[0].set_ylabel("part of full scale")
+        for axes in grid[-1]:
+            axes.set_xlabel("step of the first trial")
+        lines, labels = grid[0, 0].get_legend_handles_labels()
+        figure.legend(lines, labels, loc="outside lower center", ncols=min(6, len(labels)))
+        _save(figure, path)
     return True
+
+
+def _draw_signals(axes: Axes, trace: Trace, sensors: Sequence[str], motors: Sequence[str]) -> None:
+    for j, name in enumerate(sensors):
+        colour = SERIES[j % len(SERIES)]
+        style = ("-", ":", "-.")[j // len(SERIES) % 3]
+        axes.plot(trace.sensors[:, j] / 1023.0, color=colour, linestyle=style, linewidth=1, label=f"sensor {name}")
+    for m, name in enumerate(motors):
+        values = trace.x[:, len(trace.x[0]) - len(motors) + m] / 1024.0
+        axes.plot(values, color=(DARK, GREY)[m % 2], linestyle="--", linewidth=0.8, label=f"motor {name}")
+    axes.set_ylim(-0.02, 1.02)
 
 
 def draw_timing(timing: dict[str, Durations], path: Path) -> None:
     """One histogram for each duration: round trips of the link, lateness of the control tick, ..."""
-    figure = Figure(figsize=(5 * max(1, len(timing)), 3.6), layout="constrained")
-    axes = np.asarray(figure.subplots(1, max(1, len(timing)), squeeze=False))
-    for axis, (name, durations) in zip(axes[0], timing.items(), strict=False):
-        edges_ms = 1e3 * durations.edges_s()
-        axis.stairs(durations.counts, edges_ms, fill=True)
-        axis.set(xscale="log", yscale="symlog", xlabel="ms", ylabel="count", title=f"{name} ({len(durations)})")
-    figure.savefig(path, dpi=120)
+    with drawing(10.0 * max(1, len(timing)), 8.0) as figure:
+        grid = figure.subplots(1, max(1, len(timing)), squeeze=False)
+        for axis, (name, durations) in zip(grid[0], timing.items(), strict=False):
+            axis.stairs(durations.counts, 1e3 * durations.edges_s(), fill=True, color=_HERE)
+            axis.set(xscale="log", yscale="symlog", xlabel="ms", ylabel="how often", title=f"{name} ({len(durations)})")
+        _save(figure, path)
 
 
 def draw_spread(fitness: Sequence[float], spread: Spread, path: Path) -> None:
     """Every repeat, and the mean with its interval."""
-    figure = Figure(figsize=(6, 3.6), layout="constrained")
-    axis = figure.subplots()
-    axis.plot(fitness, "o", color=_HERE)
-    axis.axhspan(spread.low, spread.high, color=_HERE, alpha=0.15)
-    axis.axhline(spread.mean, color=_HERE)
-    axis.set(xlabel="repeat", ylabel="fitness", title=f"{spread.mean:.4g} ± {spread.deviation:.3g} (one repeat)")
-    figure.savefig(path, dpi=120)
+    with drawing(14.0, 8.5) as figure:
+        axis = figure.subplots()
+        axis.plot(range(1, len(fitness) + 1), fitness, MARKERS[0], color=_HERE, label="one repeat of all trials")
+        axis.axhspan(spread.low, spread.high, color=_HERE, alpha=0.15, label="95 % interval of the mean")
+        axis.axhline(spread.mean, color=_HERE, label="mean")
+        axis.set(xlabel="repeat", ylabel="fitness", title=f"{spread.mean:.4g} ± {spread.deviation:.3g} (one repeat)")
+        figure.legend(loc="outside lower center", ncols=3)
+        _save(figure, path)
 
 
 def draw_drift(rows: Sequence[AttemptRow], path: Path) -> None:
     """The reference genome's fitness over the run."""
-    figure = Figure(figsize=(6, 3.6), layout="constrained")
-    axis = figure.subplots()
-    counted = [(row.id, row.fitness) for row in rows if row.fitness is not None]
-    axis.plot([attempt for attempt, _ in counted], [fitness for _, fitness in counted], "o-", color=_HERE)
-    axis.set(xlabel="trial of the run", ylabel="fitness of the reference genome")
-    figure.savefig(path, dpi=120)
+    with drawing(14.0, 8.5) as figure:
+        axis = figure.subplots()
+        counted = [(row.id, row.fitness) for row in rows if row.fitness is not None]
+        axis.plot([attempt for attempt, _ in counted], [fitness for _, fitness in counted], "o-", color=_HERE)
+        axis.set(xlabel="trial of the run", ylabel="fitness", title="The reference genome over the run")
+        _save(figure, path)
+
+
+def _once(number: int, label: str) -> str | None:
+    """A label for the first of many lines."""
+    return label if number == 0 else None
+
+
+def _save(figure: Figure, path: Path) -> None:
+    figure.savefig(path, dpi=_DPI)

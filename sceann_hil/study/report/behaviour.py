@@ -18,7 +18,7 @@ from sceann_hil.robot.scenery import ArenaScenery
 from sceann_hil.run.batch import BatchEvaluator
 from sceann_hil.seeds import Purpose, keys
 from sceann_hil.study.report.cells import Cell
-from sceann_hil.study.report.style import BLUE, DARK, GREEN, GREY, LIGHT, ORANGE, RED, drawing, plain, save
+from sceann_hil.study.style import BLUE, DARK, GREEN, GREY, LIGHT, ORANGE, RED, drawing, plain, save
 
 
 @dataclass(frozen=True)

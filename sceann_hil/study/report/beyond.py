@@ -15,9 +15,9 @@ from sceann_hil.study.report.cells import Cell, Key, StudyData
 from sceann_hil.study.report.more_figures import draw_landscapes, draw_robustness
 from sceann_hil.study.report.page import Page
 from sceann_hil.study.report.paper import SUCCESS_PERCENT
-from sceann_hil.study.report.statistics import wilson
 from sceann_hil.study.report.wording import percent
 from sceann_hil.study.robustness import Robustness, measure
+from sceann_hil.study.statistics import wilson
 
 _MOST_CHAMPIONS = 60
 _FEWEST_CHAMPIONS = 5

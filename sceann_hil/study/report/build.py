@@ -16,8 +16,8 @@ from sceann_hil.study.report.goal import fig6_section
 from sceann_hil.study.report.page import Page
 from sceann_hil.study.report.pole import best_section, fig10_section, tables_section
 from sceann_hil.study.report.sensitivity import PREFIX, sensitivity_section
-from sceann_hil.study.report.statistics import Verdict, mean_interval, wilson
 from sceann_hil.study.report.wording import duration, percent, runs_sentence, verdict_text
+from sceann_hil.study.statistics import Verdict, mean_interval, wilson
 
 NAME = "reproduction"
 _CONFIGS = "configs/paper"

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sceann_hil.network.coding import Coding
 from sceann_hil.study.report.cells import Cell, Key
-from sceann_hil.study.report.statistics import Interval, Statement, Verdict, contrast, judge, strict_level
+from sceann_hil.study.statistics import Interval, Statement, Verdict, contrast, judge, strict_level
 
 Samples = Mapping[Key, NDArray[np.float64]]
 Weights = dict[Key, float]

@@ -16,8 +16,8 @@ from sceann_hil.study.report.goal_claims import SENSORS, goal_claims
 from sceann_hil.study.report.network import draw_network
 from sceann_hil.study.report.page import Page
 from sceann_hil.study.report.panels import draw_fig6
-from sceann_hil.study.report.statistics import Verdict
 from sceann_hil.study.report.wording import claims_table, runs_sentence
+from sceann_hil.study.statistics import Verdict
 
 _BEST = Key(Coding.SCEANN3, "oga", 7, 2)
 _STRAIGHT = 1.1

@@ -21,7 +21,7 @@ from sceann_hil.study.report.claims import (
     rising,
     slope,
 )
-from sceann_hil.study.report.statistics import Verdict, wilson
+from sceann_hil.study.statistics import Verdict, wilson
 
 SENSORS = (1, 2, 3, 5, 7)
 _CODINGS = tuple(Coding)

@@ -14,9 +14,9 @@ from matplotlib.patches import Rectangle
 
 from sceann_hil.network.controller import Neuron
 from sceann_hil.study.landscape import Landscape
-from sceann_hil.study.report.statistics import Interval
-from sceann_hil.study.report.style import BLUE, DARK, GREY, MARKERS, ORANGE, SERIES, drawing, plain, save
 from sceann_hil.study.robustness import Robustness
+from sceann_hil.study.statistics import Interval
+from sceann_hil.study.style import BLUE, DARK, GREY, MARKERS, ORANGE, SERIES, drawing, plain, save
 
 _AT_ONCE = 1 << 20
 

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyArrowPatch
 
 from sceann_hil.network.coding import NetworkSize, Weights
-from sceann_hil.study.report.style import BLUE, DARK, GREY, LIGHT, RED, drawing, plain, save
+from sceann_hil.study.style import BLUE, DARK, GREY, LIGHT, RED, drawing, plain, save
 
 _HEIGHT = 7.0
 _RADIUS = 0.27

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from sceann_hil.network.coding import Coding
 from sceann_hil.study.report.cells import Cell, Key
 from sceann_hil.study.report.claims import ALGORITHMS, HIDDEN
-from sceann_hil.study.report.statistics import mean_interval
-from sceann_hil.study.report.style import BLUE, MARKERS, ORANGE, SERIES, drawing, save
+from sceann_hil.study.statistics import mean_interval
+from sceann_hil.study.style import BLUE, MARKERS, ORANGE, SERIES, drawing, save
 
 _SMALL = 0.12
 

@@ -15,8 +15,8 @@ from sceann_hil.study.report.network import draw_network
 from sceann_hil.study.report.page import Page
 from sceann_hil.study.report.panels import draw_fig10
 from sceann_hil.study.report.pole_claims import SENSORS, pole_claims
-from sceann_hil.study.report.statistics import Verdict, fisher, rate_difference, wilson
 from sceann_hil.study.report.wording import claims_table, percent, runs_sentence
+from sceann_hil.study.statistics import Verdict, fisher, rate_difference, wilson
 
 _BEST = Key(Coding.SCEANN3, "oga", 2, 3)
 _LARGE = 3

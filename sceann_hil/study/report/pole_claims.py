@@ -20,7 +20,7 @@ from sceann_hil.study.report.claims import (
     slope,
     success_samples,
 )
-from sceann_hil.study.report.statistics import Verdict, mean_interval, wilson
+from sceann_hil.study.statistics import Verdict, mean_interval, wilson
 
 SENSORS = (2, 4)
 EARLY = 0.1

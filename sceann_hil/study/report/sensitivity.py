@@ -14,8 +14,8 @@ from sceann_hil.study.condition import setting_text
 from sceann_hil.study.report.cells import Cell, StudyData
 from sceann_hil.study.report.more_figures import ForestRow, draw_forest
 from sceann_hil.study.report.page import Page
-from sceann_hil.study.report.statistics import Interval, contrast, strict_level
 from sceann_hil.study.report.wording import runs_sentence
+from sceann_hil.study.statistics import Interval, contrast, strict_level
 
 PREFIX = "sensitivity-"
 _LONG = 45

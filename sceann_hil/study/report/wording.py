@@ -8,7 +8,7 @@ from datetime import timedelta
 from sceann_hil.study.report.cells import StudyData
 from sceann_hil.study.report.claims import Claim
 from sceann_hil.study.report.page import Page
-from sceann_hil.study.report.statistics import Interval, Verdict
+from sceann_hil.study.statistics import Interval, Verdict
 
 _MARKS = {Verdict.HOLDS: "✓ holds", Verdict.DOES_NOT_HOLD: "✗ does not hold", Verdict.CANNOT_TELL: "? cannot tell"}
 

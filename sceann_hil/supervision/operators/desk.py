@@ -18,7 +18,7 @@ from sceann_hil.robot import EmergencyStop, EndReason
 from sceann_hil.supervision.operators.messages import Finished, Press, Receipt, Situation, Status, View
 from sceann_hil.supervision.operators.verbs import ACCEPTED, Phase, Verb
 from sceann_hil.supervision.operators.words import clean
-from sceann_hil.supervision.stopping import Stopped, StopReason
+from sceann_hil.supervision.stopping import Stopped, StopReason, StopRequest, nobody
 
 POLL_S = 0.2
 """How often a waiting run looks whether the command line wants it to stop."""
@@ -39,13 +39,24 @@ class Flight:
 
     Attributes:
         ended_by: what an operator said to end it; None if nobody did.
+        cut_off: why something else than an operator ended it; empty if nothing did.
     """
 
     ended_by: Verb | None = None
+    cut_off: str = ""
+
+    @property
+    def words(self) -> str:
+        """Who or what ended it."""
+        if self.ended_by is None:
+            return self.cut_off
+        return f"{self.ended_by.value.replace('_', ' ')} by an operator"
 
     @property
     def void_reason(self) -> EndReason | None:
         """Why its result does not count; None if it does."""
+        if self.ended_by is None and self.cut_off:
+            return EndReason.OPERATOR
         reason = _ENDS_TRIAL[self.ended_by] if self.ended_by else None
         return reason if reason is not None and reason.is_void else None
 
@@ -56,7 +67,7 @@ class Desk:
     Args:
         asks: whether anybody is there to be asked before and after trials.
         on_emergency: called at once, in the presser's thread, when somebody presses the emergency stop between trials.
-        stop: asked while the run waits here; True ends the waiting with `Stopped`.
+        stop: what somebody outside wants, asked while the run waits here; it ends the waiting with `Stopped`.
     """
 
     def __init__(
@@ -64,7 +75,7 @@ class Desk:
         *,
         asks: bool = True,
         on_emergency: Callable[[str], object] = lambda _: None,
-        stop: Callable[[], bool] = lambda: False,
+        stop: Callable[[], StopRequest] = nobody,
     ) -> None:
         self.asks = asks
         self._on_emergency = on_emergency
@@ -213,6 +224,21 @@ class Desk:
         withdrawn = phase is Phase.BEFORE and (self._view.pausing or self._view.finishing)
         return self._answer is not None or self._emergency is not None or withdrawn
 
+    def cut_off(self, why: str) -> None:
+        """End the trial that runs, from outside the desk (a signal): it is void for this reason. Never waits."""
+        interrupt = None
+        with self._changed:
+            if self._flight is not None and not self._flight.cut_off:
+                self._flight.cut_off = why
+                interrupt = self._interrupt
+        if interrupt is not None:
+            interrupt(EndReason.OPERATOR)
+
+    def pause(self, by: str) -> None:
+        """Pause before the next trial, if anybody is there who can end the pause."""
+        if self.asks:
+            self.press(Verb.PAUSE_AFTER, by=by)
+
     @contextmanager
     def flight(self, situation: Situation, interrupt: Callable[[EndReason], object]) -> Iterator[Flight]:
         """A trial runs inside this block; `interrupt` ends it from an operator's thread."""
@@ -265,8 +291,8 @@ class Desk:
             self._changed.wait_for(lambda: self._presses > before or self._emergency is not None, timeout_s)
             self._paused_s += time.monotonic() - began_s
             self._raise_if_closed()
-            if self._stop():
-                raise Stopped
+            if (stopped := self._stop().at_once) is not None:
+                raise stopped
             if self._view.finishing:
                 raise Stopped(StopReason.OPERATOR, f"{self._last_by(Verb.FINISH)} finished the run")
 
@@ -303,9 +329,9 @@ class Desk:
 
     def _wait_until(self, happened: Callable[[], bool]) -> None:
         while not self._changed.wait_for(happened, POLL_S):
-            if self._stop():
+            if (stopped := self._stop().at_once) is not None:
                 self._set_phase(Phase.IDLE)
-                raise Stopped
+                raise stopped
 
     def _set_phase(
         self, phase: Phase, *, situation: Situation | None = None, question: int = 0, reason: str = ""

@@ -20,7 +20,7 @@ class Situation:
         start: names and values of the start, in the order of the robot's start fields.
         goal_by_operator: whether a person says that the goal is reached.
         outcome: how it ended, in words; empty before that.
-        reference: it is a run of the reference genome, outside selection.
+        heading: what it is, for a trial outside selection; empty for an individual's in its generation.
     """
 
     generation: int
@@ -31,14 +31,14 @@ class Situation:
     start: tuple[tuple[str, float], ...] = ()
     goal_by_operator: bool = False
     outcome: str = ""
-    reference: bool = False
+    heading: str = ""
 
     @property
     def title(self) -> str:
         """Which trial this is, in a few words."""
-        if self.reference:
-            return f"generation {self.generation}, reference genome"
         again = f", attempt {self.attempt + 1}" if self.attempt else ""
+        if self.heading:
+            return self.heading + again
         return f"generation {self.generation}, individual {self.individual}, trial {self.trial}{again}"
 
 
@@ -60,6 +60,7 @@ class Status:
         robot_s: robot time so far.
         wall_s: time so far, without down-time.
         left: what is left of each budget, in words.
+        todo_s: about how long the trials take that this generation still needs; None if nobody knows.
         forecast: when the run or its budget ends, in words.
         best_fitness: of the last finished generation.
         warnings: what is wrong now; shown as a banner.
@@ -78,6 +79,7 @@ class Status:
     robot_s: float = 0.0
     wall_s: float = 0.0
     left: tuple[str, ...] = ()
+    todo_s: float | None = None
     forecast: str = ""
     best_fitness: float | None = None
     warnings: tuple[str, ...] = ()

@@ -12,11 +12,12 @@ from sceann_hil.supervision.operators.keys import open_keys
 from sceann_hil.supervision.operators.prompter import Prompter
 from sceann_hil.supervision.operators.script import Script
 from sceann_hil.supervision.operators.settings import OperatorConfig, Prompt, Who
+from sceann_hil.supervision.stopping import StopRequest, nobody
 
 
 @contextmanager
 def beside(
-    robot: Robot, settings: OperatorConfig, show: Callable[[str], object], stop: Callable[[], bool] = lambda: False
+    robot: Robot, settings: OperatorConfig, show: Callable[[str], object], stop: Callable[[], StopRequest] = nobody
 ) -> Iterator[Desk]:
     """A desk with everybody at it, for as long as the block lasts.
 
@@ -24,7 +25,7 @@ def beside(
         robot: the robot that they stand beside.
         settings: who they are.
         show: prints a line at the console.
-        stop: whether the command line wants the run to end now.
+        stop: what the command line wants.
 
     Raises:
         UserError: somebody cannot come; nothing has moved yet.

@@ -44,6 +44,10 @@ static bool event(uint8_t byte)
         alarm_bits ^= SCEANN_ALARM_BUMPER;
     } else if (byte == 0xFDu) {
         alarm_bits ^= SCEANN_ALARM_ESTOP;
+    } else if (byte == 0xFBu) {
+        alarm_bits ^= SCEANN_ALARM_BUTTON;
+    } else if (byte == 0xFAu) {
+        alarm_bits ^= SCEANN_ALARM_BATTERY;
     } else if (byte == 0xFCu) {
         alarm_bits ^= (uint16_t)(SCEANN_ALARM_FAULT | 7u << 8);
     }
@@ -123,11 +127,13 @@ static void store_read(void *board, uint16_t at, uint8_t *data, uint8_t n)
     memcpy(data, store + at, n);
 }
 
-static void store_write(void *board, uint16_t at, const uint8_t *data, uint8_t n)
+static bool store_write(void *board, uint16_t at, const uint8_t *data, uint8_t n)
 {
     (void)board;
     require(at + n <= STORE);
+    require(at > 0u);                  /* the first byte to be lost in a brown-out */
     memcpy(store + at, data, n);
+    return true;
 }
 
 static void watchdog(void *board, sceann_watchdog action)
@@ -138,7 +144,7 @@ static void watchdog(void *board, sceann_watchdog action)
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    static const sceann_port port = { .name = "fuzz", .node = 1, .n_sensors = 3, .n_motors = 2, .capabilities = 0x7F,
+    static const sceann_port port = { .name = "fuzz", .node = 1, .n_sensors = 3, .n_motors = 2, .capabilities = 0xFF,
                                       .tick_min = 1, .tick_max = 2500, .store_size = STORE, .clock_us = now,
                                       .receive = receive, .send = send, .sense = sense, .drive = drive, .safe = safe,
                                       .alarms = alarms, .battery_mv = battery, .store_read = store_read,

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from typer.testing import CliRunner
 
 from sceann_hil.cli import app
@@ -39,13 +40,40 @@ def test_compare_finds_the_gap_and_leaves_pictures(run: Path, tmp_path: Path) ->
     document = said("compare", run, "--on", tmp_path / "real.yaml", "--top", 4, "--repeats", 2)
     estimate = document["estimate"]
     assert isinstance(estimate, dict)
-    assert estimate["latency_steps"] == 1
-    assert estimate["motor_gain"] == pytest.approx(0.9, abs=0.03)
-    assert estimate["sensor_offset"] == pytest.approx([0.01, 0.01], abs=0.002)
-    pasted = str(document["gap_section"]).replace("gap:", "gap:", 1)
-    assert "latency_steps: 1" in pasted
+    assert estimate["latency_steps"]["low"] <= 1 <= estimate["latency_steps"]["high"]
+    assert estimate["motor_gain"][0]["low"] <= 0.9 <= estimate["motor_gain"][0]["high"]
+    assert [one["value"] for one in estimate["sensor_offset"]] == pytest.approx([0.01, 0.01], abs=0.003)
+    pasted = yaml.safe_load(str(document["gap_section"]))["gap"]
+    assert config_of(POLE, f"robot.gap={pasted}").robot.model_dump()["gap"]["latency_steps"] == 1.0
+    assert len(pasted["sensor_offset"]) == 2
     for name in ("gap.png", "trajectories.png", "compare.json"):
         assert (run / "reports" / "compare" / name).stat().st_size > 1000
+
+
+def test_a_comparison_s_numbers_are_json_for_every_reader(run: Path, tmp_path: Path) -> None:
+    """One repeat of two genomes has neither intervals nor a rank correlation."""
+    (tmp_path / "real.yaml").write_text(REAL)
+    said("compare", run, "--on", tmp_path / "real.yaml", "--top", 2, "--repeats", 1)
+    text = (run / "reports" / "compare" / "compare.json").read_text()
+
+    def refuse(name: str) -> None:
+        raise AssertionError(name)
+
+    document = json.loads(text, parse_constant=refuse)
+    assert document["rank_correlation"] is None
+    assert document["genomes"][0]["low"] is None
+    assert document["estimate"]["motor_gain"] == [{"value": None, "low": None, "high": None}]
+    assert document["gap_section"] == ""
+
+
+def test_what_the_trials_do_not_tell_is_said_in_words(run: Path, tmp_path: Path) -> None:
+    (tmp_path / "real.yaml").write_text(REAL)
+    result = CliRunner().invoke(
+        app, ["compare", str(run), "--on", str(tmp_path / "real.yaml"), "--top", "1", "--repeats", "1"]
+    )
+    assert result.exit_code == 0, result.output
+    assert "not identifiable from" in result.output
+    assert "These trials tell nothing of the robot's gap" in " ".join(result.output.split())
 
 
 def test_compare_without_a_second_robot_says_what_is_missing(run: Path) -> None:

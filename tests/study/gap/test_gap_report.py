@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 from backends.cartpole import CartPole
-from backends.simulation.gap import Gap
-from backends.simulation.gap import Spread as GapSpread
 from sceann_hil.network.coding import Coding, NetworkSize
 from sceann_hil.network.controller import Dynamics
 from sceann_hil.network.phenotype import Phenotype
-from sceann_hil.study.gap import GapReport, Spread, measure
+from sceann_hil.run.measuring import simulate
+from sceann_hil.study.gap import GapReport, Spread
 from sceann_hil.supervision.drift import Drift
 from sceann_hil.tasks.pole_balancing import PoleBalancing
 
@@ -25,23 +24,9 @@ def genomes(n: int) -> np.ndarray:  # type: ignore[type-arg]
     return np.random.default_rng(5).integers(0, 2, (n, 24), dtype=np.uint8)
 
 
-@pytest.mark.parametrize(
-    ("offset", "gain", "latency"), [(0.0, 1.0, 0), (0.02, 1.0, 0), (0.0, 0.8, 0), (-0.015, 0.9, 2), (0.01, 1.2, 1)]
-)
-def test_the_gap_of_a_robot_is_estimated_from_its_traces(offset: float, gain: float, latency: int) -> None:
-    gap = Gap(sensor_offset=GapSpread(offset), motor_gain=GapSpread(gain), latency_steps=GapSpread(latency))
-    with CartPole(gap=gap) as robot, CartPole() as simulation:
-        real = measure(robot, PHENOTYPE, TASK, genomes(30), 1, 3)
-        found = simulation.estimate_gap(real.starts, real.traces)
-    assert found.latency_steps == latency
-    assert found.motor_gain == pytest.approx(gain, abs=0.03)
-    assert found.sensor_offset == pytest.approx((offset, offset), abs=0.002)
-    assert found.residual < 0.005
-
-
 def test_a_robot_like_its_simulation_has_no_gap_and_the_same_order() -> None:
     with CartPole() as robot:
-        one, other = (measure(robot, PHENOTYPE, TASK, genomes(12), 2, seed) for seed in (1, 2))
+        one, other = (simulate(robot, PHENOTYPE, TASK, genomes(12), 2, seed) for seed in (1, 2))
     report = GapReport.of([str(i) for i in range(12)], one, replace(other, robot="robot"), None)
     assert report.rank_correlation == pytest.approx(1.0)
     assert all((gap.gap, gap.low, gap.high) == (0.0, 0.0, 0.0) for gap in report.genomes)
@@ -51,7 +36,7 @@ def test_intervals_hold_a_known_difference_about_as_often_as_they_say() -> None:
     rng = np.random.default_rng(1)
     held = 0
     with CartPole() as robot:
-        base = measure(robot, PHENOTYPE, TASK, genomes(1), 1, 1)
+        base = simulate(robot, PHENOTYPE, TASK, genomes(1), 1, 1)
     for _ in range(400):
         simulated, measured = rng.normal(0.0, 1.0, (1, 8, 1)), rng.normal(0.5, 2.0, (1, 8, 1))
         report = GapReport.of(["0"], replace(base, fitness=simulated), replace(base, fitness=measured), None)

@@ -19,27 +19,25 @@ from sceann_hil.errors import ConfigError
 from sceann_hil.journal import JournalReader
 from sceann_hil.run.experiment import Experiment, Outcome
 from sceann_hil.run.rehearsal import rehearsal
-from sceann_hil.study.gap import measure
 from sceann_hil.supervision.operators import Desk
 from sceann_hil.supervision.operators.script import Script, Step
 from tests.backends.remote.phases import counted_results
 from tests.backends.remote.trials import hil_robot, pole_run, real_robot
-from tests.runs import config_of, evolve
+from tests.runs import config_of, evolve, measure_on
 
 
-def test_its_gap_is_estimated_from_its_own_traces() -> None:
+def test_its_gap_is_estimated_from_its_own_traces(tmp_path: Path) -> None:
     gap = Gap(sensor_offset=GapSpread(0.015), motor_gain=GapSpread(0.85), latency_steps=GapSpread(1.0))
     with VirtualPosix(VirtualBody(CartPole(gap=gap))) as virtual, CartPole() as simulation:
         config = config_of(pole_run(real_robot(virtual, virtual.port), max_steps=80))
-        phenotype = config.phenotype
         with config.robot.build() as robot:
             genomes = np.random.default_rng(4).integers(0, 2, (10, config.genome_length), dtype=np.uint8)
-            real = measure(robot, phenotype, config.task.build(), genomes, 1, 1)
+            real = measure_on(tmp_path / "run", config, robot, genomes)
             timing = robot.timing
         found = simulation.estimate_gap(real.starts, real.traces)
-    assert found.latency_steps == 1
-    assert found.motor_gain == pytest.approx(0.85, abs=0.04)
-    assert found.sensor_offset == pytest.approx((0.015, 0.015), abs=0.003)
+    assert found.latency_steps.value == 1
+    assert found.motor_gain[0].value == pytest.approx(0.85, abs=0.04)
+    assert [one.value for one in found.sensor_offset] == pytest.approx([0.015, 0.015], abs=0.004)
     assert any("round trip" in name for name in timing)
     assert any("lateness" in name for name in timing)
     assert all(len(durations) > 0 for durations in timing.values())

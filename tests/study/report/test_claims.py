@@ -17,7 +17,7 @@ from sceann_hil.study.report.claims import (
     rising,
     slope,
 )
-from sceann_hil.study.report.statistics import Verdict
+from sceann_hil.study.statistics import Verdict
 
 C = Coding.SCEANN3
 

@@ -12,8 +12,8 @@ from sceann_hil.network.coding import NetworkSize
 from sceann_hil.study.report import network
 from sceann_hil.study.report.behaviour import straightness
 from sceann_hil.study.report.more_figures import ForestRow, draw_forest
-from sceann_hil.study.report.statistics import Interval
-from sceann_hil.study.report.style import drawing
+from sceann_hil.study.statistics import Interval
+from sceann_hil.study.style import drawing
 
 
 def test_every_connection_is_one_line_and_inhibition_is_dashed() -> None:

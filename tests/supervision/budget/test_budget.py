@@ -25,7 +25,7 @@ def one_by_one(directory: Path, *overrides: str, more: dict[str, float] | None =
     robot: Robot = Beside(config.robot.build())
     exists = directory.exists()
     with Experiment.open(directory) if exists else Experiment.create(config, directory) as experiment, robot:
-        return experiment.evolve(robot, limits=experiment.extended(more or {}))
+        return experiment.evolve(robot, more=more)
 
 
 def test_a_budget_of_trials_is_kept_to_the_trial_and_can_be_extended(tmp_path: Path) -> None:

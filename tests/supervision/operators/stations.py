@@ -38,9 +38,9 @@ class Run:
 def until(happened: Callable[[], bool], patience_s: float = 5.0) -> bool:
     """Wait for something that another thread does."""
     deadline = time.monotonic() + patience_s
-    while not happened() and time.monotonic() < deadline:
+    while not (has_happened := happened()) and time.monotonic() < deadline:
         time.sleep(0.002)
-    return happened()
+    return has_happened
 
 
 @contextmanager

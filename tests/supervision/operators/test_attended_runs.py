@@ -11,8 +11,8 @@ import pytest
 
 from sceann_hil.journal import JOURNAL_NAME
 from sceann_hil.robot import EmergencyStop
-from sceann_hil.run.evaluator import RETRY_LIMIT
 from sceann_hil.run.experiment import Outcome
+from sceann_hil.run.trial_runner import RETRY_LIMIT
 from tests.supervision.operators.fakes import Beside, attended_run
 
 N_TRIALS = 2 * 2 * 3

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import shutil
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from selenium import webdriver
-from selenium.webdriver.chrome.options import Options
-from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.by import By
 from selenium.webdriver.remote.webdriver import WebDriver
-from selenium.webdriver.support.ui import WebDriverWait
 
 from sceann_hil.robot import EndReason
 from sceann_hil.robot.scenery import ArenaScenery
 from sceann_hil.supervision.operators import ACCEPTED, Desk, Finished, Phase, Situation, Status, Verb
 from sceann_hil.supervision.operators.web import WebPanel
+from tests.supervision.operators.browsers import press, wait
 from tests.supervision.operators.stations import desk_in
 
 ARENA = ArenaScenery((0.6, 0.6), (0.55, 0.55), 0.05, 0.0275, (0.8, 0.4, 0.0, -0.4, -0.8), 0.26)
@@ -40,43 +36,6 @@ STATUS = Status(
     left=("robot time: 1:44:30 left",),
     forecast="budget ends in about 2:31:00, in 2:02:00 if every trial lasts to its step limit",
 )
-
-
-@pytest.fixture(scope="module")
-def open_browser() -> Iterator[Callable[[], WebDriver]]:
-    """Opens Debian's Chromium in the size of a phone."""
-    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
-    if chromium is None or driver is None:
-        pytest.skip("needs chromium and chromium-driver (tools/apt-packages.txt)")
-    opened: list[WebDriver] = []
-
-    def open_one() -> WebDriver:
-        options = Options()
-        options.binary_location = chromium
-        for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"):
-            options.add_argument(argument)
-        options.add_argument("--window-size=412,915")
-        opened.append(webdriver.Chrome(options=options, service=Service(driver)))
-        return opened[-1]
-
-    yield open_one
-    for browser in opened:
-        browser.quit()
-
-
-@pytest.fixture(scope="module")
-def browser(open_browser: Callable[[], WebDriver]) -> WebDriver:
-    return open_browser()
-
-
-def wait(browser: WebDriver, script: str) -> object:
-    """Until a script gives something true."""
-    return WebDriverWait(browser, 20, poll_frequency=0.05).until(lambda b: b.execute_script(f"return {script}"))
-
-
-def press(browser: WebDriver, verb: str) -> None:
-    wait(browser, f"document.getElementById('{verb}') && !document.getElementById('{verb}').disabled")
-    browser.find_element(By.ID, verb).click()
 
 
 class Asking:

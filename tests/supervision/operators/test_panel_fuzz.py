@@ -136,7 +136,7 @@ def exchange(port: int, raw: bytes) -> bytes:
             connection.shutdown(socket.SHUT_WR)
             while chunk := connection.recv(65536):
                 answer += chunk
-        except ConnectionError:
+        except OSError:
             pass
         return answer
 

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 
 from sceann_hil.evolution.sga import SGA
 from sceann_hil.journal import JOURNAL_NAME
-from sceann_hil.run.experiment import Experiment, Outcome, StopRequest
+from sceann_hil.run.experiment import Experiment, Outcome
 from sceann_hil.supervision.saving import Pool, Racing, bounds, raced_fitness, rounds, still_open
+from sceann_hil.supervision.stopping import StopRequest
 from tests.runs import GOAL, POLE, config_of, contents, evolve, resume
 
 LONG_GOAL = (GOAL, "algorithm.generations=6", "algorithm.population=8", "task.max_steps=120")

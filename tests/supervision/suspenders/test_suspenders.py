@@ -96,6 +96,7 @@ def test_a_battery_that_must_void_the_trial_does(tmp_path: Path) -> None:
             self.health_now = replace(self.health_now, battery_fraction=1.0)
 
     robot = Dying(config.robot.build())
+    robot.health_now = Health(battery_fraction=1.0)
     with Experiment.create(config, tmp_path / "run") as experiment, robot:
         assert experiment.evolve(robot) is Outcome.FINISHED
     assert robot.interrupts == [EndReason.BATTERY]
@@ -110,7 +111,7 @@ def test_a_disk_that_is_nearly_full_pauses_the_run(tmp_path: Path, monkeypatch: 
 
     usage = namedtuple("usage", "total used free")
     asked = iter([100.0e6] * 2 + [900.0e6] * 1000)
-    monkeypatch.setattr("sceann_hil.supervision.supervision.shutil.disk_usage", lambda _: usage(0, 0, next(asked)))
+    monkeypatch.setattr("sceann_hil.supervision.suspension.shutil.disk_usage", lambda _: usage(0, 0, next(asked)))
     text = "{disk_free_mb: {pause_below: 500, resume_above: 600, settle_s: 0}}"
     config = config_of(GOAL, "algorithm.generations=0", f"suspenders={text}")
     with Experiment.create(config, tmp_path / "run") as experiment, Beside(config.robot.build()) as robot:

@@ -44,7 +44,8 @@ Guest = TypeVar("Guest")
 
 def share_of_files(most: int) -> int:
     """So many, but never so many that the run lacks files where a process may open few."""
-    return max(8, min(most, resource.getrlimit(resource.RLIMIT_NOFILE)[0] * 3 // 8))
+    files, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    return most if files == resource.RLIM_INFINITY else max(8, min(most, files * 3 // 8))
 
 
 class Crowd(Generic[Guest]):

@@ -97,7 +97,7 @@ class WebPanel(Operator):
         sweeping.cancel()
         server.stop()
         # how the run ended is the last thing that pages hear
-        feed.put(as_json(self.desk.view(), self._prompt))
+        feed.put(as_json(self.desk.view(), self._prompt), last=True)
         await asyncio.sleep(_LAST_WORDS_S if len(server.friends) else 0.0)
         await server.close_all_connections()
 

@@ -24,6 +24,7 @@ from typing import Any, NoReturn
 
 from tornado.http1connection import HTTP1Connection, HTTP1ServerConnection
 from tornado.httpserver import HTTPServer
+from tornado.httputil import HTTPConnection, HTTPMessageDelegate
 from tornado.iostream import IOStream, StreamClosedError
 from tornado.web import Application, Finish, HTTPError, RequestHandler
 
@@ -72,11 +73,13 @@ class Feed:
 
     def __init__(self) -> None:
         self.text = "{}"
+        self.over = False
         self.changed = asyncio.Event()
 
-    def put(self, text: str) -> None:
-        """A newer document."""
+    def put(self, text: str, *, last: bool = False) -> None:
+        """A newer document; after the last one no page waits for more."""
         self.text = text
+        self.over = last
         self.changed.set()
         self.changed = asyncio.Event()
 
@@ -106,6 +109,8 @@ class PanelServer(HTTPServer):
     lobby: Lobby
     strangers: Crowd[IOStream]
     friends: Crowd[IOStream]
+    answered: set[IOStream]
+    """Strangers that had their answer: one each, whatever else they have sent already."""
 
     @classmethod
     def answering(cls, behind: Behind, listening: Sequence[socket.socket]) -> PanelServer:
@@ -129,6 +134,7 @@ class PanelServer(HTTPServer):
         application.settings["server"] = server
         server.strangers = Crowd(share_of_files(MOST_STRANGERS), IOStream.close)
         server.friends = Crowd(share_of_files(MOST_FRIENDS), IOStream.close)
+        server.answered = set()
         server.lobby = Lobby(listening, behind.access.token.encode(), server._admit)
         return server
 
@@ -149,8 +155,14 @@ class PanelServer(HTTPServer):
         if stream not in self.friends:
             self.strangers.add(stream)
 
+    def start_request(self, server_conn: object, request_conn: HTTPConnection) -> HTTPMessageDelegate:
+        if isinstance(server_conn, HTTP1ServerConnection) and server_conn.stream in self.answered:
+            return _NoMore(request_conn)
+        return super().start_request(server_conn, request_conn)
+
     def on_close(self, server_conn: object) -> None:
         if isinstance(server_conn, HTTP1ServerConnection):
+            self.answered.discard(server_conn.stream)
             self.strangers.discard(server_conn.stream)
             self.friends.discard(server_conn.stream)
         super().on_close(server_conn)
@@ -165,6 +177,17 @@ class PanelServer(HTTPServer):
     def stop(self) -> None:
         self.lobby.stop()
         super().stop()
+
+
+class _NoMore(HTTPMessageDelegate):
+    """Takes no further request from a connection."""
+
+    def __init__(self, connection: HTTPConnection) -> None:
+        self._connection = connection
+
+    def headers_received(self, start_line: object, headers: object) -> None:
+        if isinstance(self._connection, HTTP1Connection):
+            self._connection.detach()
 
 
 class Refusal(HTTPError):
@@ -232,7 +255,11 @@ class _Handler(RequestHandler):
     def write_error(self, status_code: int, **kwargs: Any) -> None:
         self.set_header("Content-Type", "text/plain; charset=utf-8")
         error = kwargs.get("exc_info", (None, None))[1]
-        self.finish(f"{error.why if isinstance(error, Refusal) else HTTPStatus(status_code).phrase}\n")
+        stream = self.stream
+        said = self.finish(f"{error.why if isinstance(error, Refusal) else HTTPStatus(status_code).phrase}\n")
+        if stream not in self.server.friends:
+            self.server.answered.add(stream)
+            said.add_done_callback(lambda _: stream.close())
 
     def log_exception(self, kind: Any, error: Any, trace: Any) -> None:
         if not isinstance(error, HTTPError | StreamClosedError):
@@ -284,6 +311,8 @@ class _Events(_Handler):
                 shown = feed.text
                 await asyncio.wait_for(self.flush(), DEAF_S)
                 self.behind.seen()
+                if feed.over:
+                    return
                 try:
                     await asyncio.wait_for(changed.wait(), ALIVE_S)
                 except TimeoutError:

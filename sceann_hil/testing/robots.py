@@ -1,11 +1,4 @@
-"""The conformance kit: what every robot must do, ours and other people's, as a class of pytest tests.
-
-In a test file::
-
-    class TestMyRobot(RobotConformance):
-        def config(self) -> RobotConfig:
-            return MyRobotConfig()
-"""
+"""What every robot must do: whatever it is, the same trials, results and refusals."""
 
 from __future__ import annotations
 
@@ -20,6 +13,7 @@ from sceann_hil.network.coding import NetworkSize
 from sceann_hil.network.controller import Controller, Dynamics, state_hash
 from sceann_hil.plugins import RobotConfig
 from sceann_hil.robot import EndReason, Health, Results, Robot, RobotError, Trace, Trials
+from sceann_hil.testing.checks import check as _check
 
 _VOID_ATTEMPTS = 5
 
@@ -206,8 +200,3 @@ class RobotConformance(ABC):
             same = np.array_equal(controller.u, trace.u[step]) and np.array_equal(controller.x, trace.x[step])
             _check(same, f"step {step}: expected u = {controller.u}, x = {controller.x}, got {trace.u[step]}")
         _check(int(results.hashes[0]) == state_hash(trace.u), "hashes: expected the CRC-16 of the trace's states")
-
-
-def _check(condition: bool, message: str) -> None:
-    if not condition:
-        raise AssertionError(message)

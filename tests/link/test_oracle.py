@@ -1,4 +1,4 @@
-"""The small link client: its numbers are those of the DBC, its frames those of the C code."""
+"""The second reading of the specification: our numbers are those of the DBC, our frames those of the C code."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import pytest
 
 from sceann_hil.firmware.build import Board
 from sceann_hil.firmware.emulated.qemu import QemuBoard
-from sceann_hil.link.client import RobotClient, database
 from sceann_hil.link.framing import decode_frame, encode_frame
 from sceann_hil.link.vocabulary import Mode, Op, Status
 from sceann_hil.network.coding import Coding, NetworkSize
@@ -18,6 +17,7 @@ from sceann_hil.network.controller import Dynamics, Neuron
 from sceann_hil.network.image import ControllerImage
 from sceann_hil.robot import EndReason
 from tests.firmware.rig import an_image
+from tests.link.oracle import RobotClient, database
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from sceann_hil.study.report.statistics import (
+from sceann_hil.study.statistics import (
     Interval,
     Statement,
     Verdict,

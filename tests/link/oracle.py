@@ -1,33 +1,33 @@
-"""A host's side of the link, as small as flashing and verifying need: requests, upload, lock-step trials.
+"""A second, independent reading of the link's specification: a small host that packs everything with cantools.
 
-Messages are packed by cantools from ``firmware/sceann.dbc``, so this is also an independent reading of what the C code
-and the fast host side in ``backends/link`` do. The line is anything with `Line`'s two methods: a serial port, a
-socket, or an emulated chip.
+What the product's host side (`sceann_hil.link`) and the firmware pack by hand is held against ``firmware/sceann.dbc``
+by this one. The line is anything with `Line`'s two methods: a socket, or an emulated chip, whose time-outs are those of
+its own clock.
 """
 
 from __future__ import annotations
 
 import secrets
-import struct
 import time
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, Protocol
+from typing import Any
 
 import cantools
 import numpy as np
 from cantools.database.can import Database
 from numpy.typing import NDArray
 
-from sceann_hil.errors import FlashFailed
 from sceann_hil.firmware.build import FIRMWARE
 from sceann_hil.link.descriptor import PAGES, Descriptor
+from sceann_hil.link.framed_bus import Line
 from sceann_hil.link.framing import Deframer, encode_frame
-from sceann_hil.link.vocabulary import CHUNK_BYTES, LINK_VERSION, Mode, Op, Status, Telemetry
+from sceann_hil.link.numbers import CHUNK_BYTES, LINK_VERSION
+from sceann_hil.link.vocabulary import Mode, Op, Status, StoreAction, Telemetry
 from sceann_hil.network.controller import ARITHMETIC_ID, ONE
-from sceann_hil.network.image import ControllerImage
+from sceann_hil.network.image import CODING_NUMBER, NEURON_NUMBER, ControllerImage
 from sceann_hil.robot import LinkError
 
 REPLY_TIMEOUT_S = 0.3
@@ -38,16 +38,6 @@ TRIES = 6
 STEP_TIMEOUT_S = 0.1
 """Before a lock-step is repeated: short enough to send heartbeats meanwhile."""
 STEP_TRIES = 20
-
-
-class Line(Protocol):
-    """A serial line."""
-
-    def write(self, data: bytes, /) -> None:
-        """Sends all of it."""
-
-    def read(self, timeout_s: float, /) -> bytes:
-        """What has come, waiting at most so long for the first byte; empty after that time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +80,11 @@ def database() -> Database:
     if not isinstance(loaded, Database):
         raise TypeError(f"sceann.dbc: expected a CAN database, got {type(loaded).__name__}")
     return loaded
+
+
+def defaults(op: Op) -> dict[str, int]:
+    """Arguments that most tests do not care about."""
+    return {"TickPeriod": 200} if op is Op.ARM else {}
 
 
 class RobotClient:
@@ -171,7 +166,7 @@ class RobotClient:
             Refused: the robot says no.
         """
         self._sequence = (self._sequence + 1) % 16
-        command = {"Op": int(op), "Sequence": self._sequence, **arguments}
+        command = {"Op": int(op), "Sequence": self._sequence, "Session": self.session, **defaults(op), **arguments}
         for _ in range(TRIES):
             self.send("Command", command)
             for message in self.receive(STORE_TIMEOUT_S if op is Op.STORE else REPLY_TIMEOUT_S):
@@ -183,6 +178,11 @@ class RobotClient:
                 self.events.append(message)
         raise NoAnswer(f"{op.name}: no reply from the robot after {TRIES} tries")
 
+    def drive_in(self, tick: int, *motors: int) -> None:
+        """DRIVE_IN of one tick, as the host in charge."""
+        signals = {f"Motor{k}": motors[k] if k < len(motors) else 0 for k in range(3)}
+        self.send("DriveIn", {"Tick": tick % 256, "SessionLow": self.session % 256, **signals})
+
     # -- requests ---------------------------------------------------------------------------------------------------
 
     def hello(self) -> Descriptor:
@@ -193,7 +193,7 @@ class RobotClient:
             Refused: another host is in charge, or the versions differ.
         """
         for _ in range(TRIES):
-            self.request(Op.HELLO, LinkVersion=LINK_VERSION, Session=self.session, ArithmeticId=ARITHMETIC_ID)
+            self.request(Op.HELLO, LinkVersion=LINK_VERSION, ArithmeticId=ARITHMETIC_ID)
             pages = self._descriptor_pages()
             if all(page in pages for page in range(PAGES)):
                 return Descriptor.from_pages(pages)
@@ -219,18 +219,17 @@ class RobotClient:
         """Loads and commits a genome; the network in use stays until the robot has all of it.
 
         Raises:
-            FlashFailed: what the robot decoded is not what was sent.
+            AssertionError: what the robot decoded is not what was sent.
             NoAnswer, Refused: see `request`.
         """
-        coding, neuron, n_sensors, n_hidden, n_motors, bits = struct.unpack("<5BH", image.header)
         self.request(
             Op.LOAD,
-            Coding=coding,
-            Neuron=neuron,
-            Sensors=n_sensors,
-            Hidden=n_hidden,
-            Motors=n_motors,
-            Bits=bits,
+            Coding=CODING_NUMBER[image.coding],
+            Neuron=NEURON_NUMBER[image.dynamics.neuron],
+            Sensors=image.size.n_sensors,
+            Hidden=image.size.n_hidden,
+            Motors=image.size.n_motors,
+            InitialOutput=image.dynamics.initial_output,
         )
         genome = image.packed_genome
         chunks = [genome[k : k + CHUNK_BYTES].ljust(CHUNK_BYTES, b"\0") for k in range(0, len(genome), CHUNK_BYTES)]
@@ -238,7 +237,7 @@ class RobotClient:
             self._send_chunk(index, chunks[index])
         for _ in range(len(chunks) + 1):
             try:
-                reply = self.request(Op.COMMIT, GenomeCrc=image.record_crc, InitialOutput=image.dynamics.initial_output)
+                reply = self.request(Op.COMMIT, GenomeCrc=image.record_crc)
             except Refused as refused:
                 if refused.status is not Status.MISSING_CHUNK:
                     raise
@@ -246,7 +245,7 @@ class RobotClient:
                 self._send_chunk(missing, chunks[missing])
                 continue
             if reply["Crc"] != image.weights_crc:
-                raise FlashFailed(
+                raise AssertionError(
                     f"weights: expected CRC-32 {image.weights_crc:08x}, the robot decoded {reply['Crc']:08x}"
                 )
             return
@@ -255,25 +254,20 @@ class RobotClient:
     def _send_chunk(self, index: int, chunk: bytes) -> None:
         self.send("Genome", {"Chunk": index, **{f"Byte{k}": byte for k, byte in enumerate(chunk)}})
 
-    def store(self, autorun_tick_s: float | None = None) -> int:
+    def store(self, autorun_tick_s: float | None = None, action: StoreAction = StoreAction.AUTORUN) -> int:
         """Keeps the committed genome over power loss; returns the CRC-32 of the stored record."""
-        action, tick = (1, 0) if autorun_tick_s is None else (2, round(autorun_tick_s * 10_000))
-        return self.request(Op.STORE, StoreAction=action, AutorunTickPeriod=tick)["StoredCrc"]
+        if autorun_tick_s is None:
+            action = StoreAction.KEEP
+        tick = round((autorun_tick_s or 0.0) * 10_000)
+        return self.request(Op.STORE, StoreAction=int(action), AutorunTickPeriod=tick)["StoredCrc"]
 
     def start(
         self, trial_id: int, max_ticks: int, mode: Mode, tick_s: float = 0.02, telemetry: Telemetry = Telemetry.NONE
     ) -> None:
         """Arms the robot and starts a trial."""
-        self.request(Op.ARM)
+        self.request(Op.ARM, TickPeriod=round(tick_s * 10_000))
         self.trial_id = trial_id
-        self.request(
-            Op.START,
-            TrialId=trial_id,
-            MaxTicks=max_ticks,
-            TickPeriod=round(tick_s * 10_000),
-            Mode=int(mode),
-            Telemetry=int(telemetry),
-        )
+        self.request(Op.START, TrialId=trial_id, MaxTicks=max_ticks, Mode=int(mode), Telemetry=int(telemetry))
 
     # -- lock-step --------------------------------------------------------------------------------------------------
 

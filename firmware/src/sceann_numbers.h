@@ -1,0 +1,25 @@
+/* The numbers of link and firmware, made from numbers.toml by tools/generate_link. Do not edit. */
+#ifndef SCEANN_NUMBERS_H
+#define SCEANN_NUMBERS_H
+
+#define SCEANN_LINK_VERSION 2u
+#define SCEANN_FIRMWARE_MAJOR 0u
+#define SCEANN_FIRMWARE_MINOR 2u
+#define SCEANN_FIRMWARE_PATCH 0u
+
+#define SCEANN_HEARTBEAT_US 100000u
+#define SCEANN_HOST_DEADLINE_US 300000u
+#define SCEANN_SESSION_US 1000000u
+#define SCEANN_AUTORUN_US 3000000u
+#define SCEANN_BATTERY_LOW_US 150000u
+#define SCEANN_WATCHDOG_US 500000u
+#define SCEANN_BREAK_US 1000u
+
+#define SCEANN_OVERRUN_LIMIT 3u
+#define SCEANN_MAX_SENSORS 12u
+#define SCEANN_MAX_MOTORS 3u
+#define SCEANN_SENSORS_PER_PAGE 6u
+#define SCEANN_CHUNK_BYTES 7u
+#define SCEANN_STORE_BYTES 952u
+
+#endif

@@ -1,0 +1,13 @@
+"""The conformance kits: what every plug-in must do, ours and other people's, as classes of pytest tests.
+
+In a test file::
+
+    class TestMyRobot(RobotConformance):
+        def config(self) -> RobotConfig:
+            return MyRobotConfig()
+"""
+
+from sceann_hil.testing.algorithms import AlgorithmConformance
+from sceann_hil.testing.robots import RobotConformance
+
+__all__ = ["AlgorithmConformance", "RobotConformance"]
