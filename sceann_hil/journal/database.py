@@ -100,6 +100,9 @@ def as_ours(path: Path, what: str = "journal") -> Iterator[None]:
         raise  # a rule of the tables would be broken: that is no damage
     except sqlite3.Error as error:
         raise database_error(error, path, what) from error
+    except UnicodeDecodeError as error:
+        # a name in a damaged file, or SQLite's words about it
+        raise RunIsDamaged(f"{path} is damaged: {error}.", way_out_of_damage(path, what)) from error
 
 
 @contextmanager

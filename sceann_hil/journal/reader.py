@@ -239,7 +239,7 @@ class JournalReader:
         """All attempts of all kinds in the order of their ids, some thousands at a time."""
         for rows in self.all_rows("attempt", "id"):
             with understood(self.path):
-                yield attempt_rows(rows, self._starts())
+                yield attempt_rows(rows, self.starts())
 
     def attempts_since_reference(self) -> int:
         """Attempts of evolution that ended since the newest run of the reference genome, in all sessions."""
@@ -364,9 +364,10 @@ class JournalReader:
             if len(rows) == 1 and self._schema == SCHEMA_VERSION:
                 start = self.rows("start", "WHERE id = ?", rows[0][9])
                 return [attempt_row(rows[0], {row[0]: tuple(json.loads(row[1])) for row in start})]
-            return attempt_rows(rows, self._starts())
+            return attempt_rows(rows, self.starts())
 
-    def _starts(self) -> dict[int, tuple[float, ...]]:
+    def starts(self) -> dict[int, tuple[float, ...]]:
+        """Start values by their id."""
         return {row[0]: tuple(json.loads(row[1])) for row in self.rows("start")}
 
 

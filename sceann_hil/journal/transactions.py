@@ -19,12 +19,14 @@ class Transactions:
         db: in autocommit mode, with a table ``head``.
         path: its file.
         sealer: told of every transaction.
+        what: in a word, for messages.
     """
 
-    def __init__(self, db: sqlite3.Connection, path: Path, sealer: Sealer) -> None:
+    def __init__(self, db: sqlite3.Connection, path: Path, sealer: Sealer, what: str = "journal") -> None:
         self._db = db
         self._path = path
         self._sealer = sealer
+        self._what = what
         self._inode = path.stat().st_ino
         self._count = int(db.execute("SELECT transactions FROM head").fetchone()[0])
         self._mapping: AbstractContextManager[None] = nullcontext()
@@ -34,7 +36,7 @@ class Transactions:
 
     def __enter__(self) -> None:
         self._require_place()
-        self._mapping = as_ours(self._path)
+        self._mapping = as_ours(self._path, self._what)
         self._mapping.__enter__()
         try:
             self._db.execute("BEGIN IMMEDIATE")

@@ -182,7 +182,7 @@ def _understand(reader: JournalReader, attempts: list[tuple[Any, ...]]) -> None:
     from sceann_hil.journal.attempts import attempt_rows
 
     with understood(reader.path):
-        attempt_rows(attempts, reader._starts())
+        attempt_rows(attempts, reader.starts())
 
 
 def _compare_fitness(reader: JournalReader, number: int, individuals: list[Any], attempts: list[Any]) -> None:

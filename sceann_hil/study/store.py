@@ -206,7 +206,7 @@ class StudyStore(StudyReader):
                 with as_ours(path, "study"):
                     _bring_up_to_date(db)
             super().__init__(directory, db)
-            self._transaction = Transactions(db, path, Sealer(path))
+            self._transaction = Transactions(db, path, Sealer(path), "study")
             self._begin_session(workers, accept_other_versions)
         except BaseException:
             db.close()
