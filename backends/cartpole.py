@@ -19,7 +19,7 @@ from sceann_hil.network.compiled import compiled_part
 from sceann_hil.network.neurons import LANES
 from sceann_hil.plugins import RobotConfig
 from sceann_hil.robot import EndReason, RobotSpec
-from sceann_hil.robot.scenery import CartPoleScenery
+from sceann_hil.robot.drawing import Arrow, Curve, Disc, Drawing, Look, Part, Strip, Swing
 
 GRAVITY_M_S2 = 9.8
 CART_KG = 1.0
@@ -144,17 +144,64 @@ class CartPole(SimulatedRobot):
         return self._spec
 
     @property
-    def scenery(self) -> CartPoleScenery:
-        return CartPoleScenery(
-            track_m=TRACK_M,
-            largest_angle_rad=float(LARGEST_ANGLE_RAD),
-            pole_m=2.0 * POLE_HALF_LENGTH_M,
-            largest_force_n=LARGEST_FORCE_N,
-        )
+    def drawing(self) -> Drawing:
+        return _drawing()
 
     @cached_property
     def parameters(self) -> NDArray[np.float32]:
         return np.array(self._parameters, np.float32)
+
+
+def _drawing() -> Drawing:
+    """Cart and pole from the side, the track's ends, and the angles at which the pole has fallen."""
+    end, length, limit = TRACK_M, 2.0 * POLE_HALF_LENGTH_M, float(LARGEST_ANGLE_RAD)
+    rail_y = -0.11
+    posts = (Strip(((s * end, rail_y - 0.1), (s * end, 0.15)), 0.024, Look.WALL) for s in (-1.0, 1.0))
+    marks = (
+        Strip(((x, rail_y), (x, rail_y - 0.05)), 0.01, Look.MARK)
+        for x in (np.arange(np.ceil(-end / 0.5), np.floor(end / 0.5) + 1) * 0.5).tolist()
+    )
+    rays = (
+        Strip(((0.0, 0.0), (1.15 * length * float(np.sin(a)), 1.15 * length * float(np.cos(a)))), 0.012, Look.LIMIT)
+        for a in (-limit, limit)
+    )
+    cart = Part(
+        "cart",
+        (
+            *rays,
+            Strip(((-0.16, 0.0), (0.16, 0.0)), 0.15, Look.CART),
+            Disc((-0.12, -0.07), 0.035, Look.MARK),
+            Disc((0.12, -0.07), 0.035, Look.MARK),
+        ),
+        x="x_m",
+        arrow=Arrow(motor=0, length_m=0.6),
+        curves=(Curve("x [m]", "x_m"), Curve("speed [m/s]", "velocity_m_s")),
+    )
+    to_deg = 180.0 / np.pi
+    pole = Part(
+        "pole",
+        (
+            Strip(((0.0, 0.0), (0.0, length)), 0.044, Look.BODY),
+            Disc((0.0, length), 0.045, Look.TIP),
+            Disc((0.0, 0.0), 0.03, Look.WALL),
+        ),
+        turn="angle_rad",
+        clockwise=True,
+        on="cart",
+        curves=(
+            Curve("angle [deg]", "angle_rad", to_deg),
+            Curve("rate [10 deg/s]", "angular_velocity_rad_s", to_deg / 10.0),
+        ),
+    )
+    return Drawing(
+        title="Cart and pole",
+        bounds_m=(-end - 0.2, end + 0.2, -0.35 * length, 1.35 * length),
+        fixed=(Strip(((-end, rail_y), (end, rail_y)), 0.024, Look.WALL), *posts, *marks),
+        parts=(cart, pole),
+        swing=Swing("Pole angle over time", "angle_rad", limit, f"{np.rad2deg(limit):.0f}°"),
+        sensor_names=("x", "angle", "speed", "rate"),
+        motor_names=("force",),
+    )
 
 
 class CartPoleConfig(RobotConfig):

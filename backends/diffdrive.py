@@ -7,7 +7,7 @@ were chosen by. The infrared sensors see the target only: a robot that does this
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Annotated, Literal
 
@@ -27,7 +27,7 @@ from sceann_hil.network.compiled import compiled_part
 from sceann_hil.network.neurons import LANES
 from sceann_hil.plugins import Misfit, RobotConfig
 from sceann_hil.robot import EndReason, RobotSpec
-from sceann_hil.robot.scenery import ArenaScenery
+from sceann_hil.robot.drawing import Disc, Distance, Drawing, Fan, Look, Phases, arena_walls, round_robot
 
 _F = np.float32
 _GOAL = int(EndReason.GOAL)
@@ -157,14 +157,22 @@ class DifferentialDrive(SimulatedRobot):
         return self._spec
 
     @property
-    def scenery(self) -> ArenaScenery:
-        return ArenaScenery(
-            arena_m=self.arena_m,
-            target_m=self.target_m,
-            target_radius_m=self.target_radius_m,
-            body_radius_m=self.radius_m,
-            sensor_directions_rad=tuple(float(a) for a in self.sensor_directions_rad),
-            sensor_half_width_rad=self.sensor_half_width_rad,
+    def drawing(self) -> Drawing:
+        width, height = self.arena_m
+        directions = self.sensor_directions_rad.tolist()
+        fans = (Fan((0.0, 0.0), a, self.sensor_half_width_rad, 0.3 * max(self.arena_m)) for a in directions)
+        margin = max(self.arena_m) / 40
+        return Drawing(
+            title="Arena",
+            bounds_m=(-margin, width + margin, -margin, height + margin),
+            fixed=(arena_walls(width, height), Disc(self.target_m, self.target_radius_m, Look.TARGET)),
+            parts=(
+                round_robot(self.radius_m, tuple(fans), curves=Distance("distance to the target [m]", self.target_m)),
+            ),
+            from_above=True,
+            phases=Phases("target in sight", "blind", "at the target"),
+            sensor_names=tuple(f"{np.rad2deg(a):+.0f}°" if abs(a) > 1e-9 else "0°" for a in directions),
+            motor_names=("left", "right"),
         )
 
     @cached_property
@@ -228,11 +236,21 @@ class DifferentialDriveConfig(RobotConfig):
         if 2.0 * self.radius_m > min(self.arena_m):
             raise Misfit(f"arena_m: expected more than the robot's diameter {2 * self.radius_m:g} m", "arena_m")
         if self.world is not None:
-            given = [name for name in _PAPER_ONLY if name in self.model_fields_set]
+            fields = type(self).model_fields
+            given = [name for name in _PAPER_ONLY if getattr(self, name) != fields[name].default]
             if given:
                 raise Misfit(f"{given[0]}: expected nothing here beside world, which has the sensors", *given)
             self.world.check(self.arena_m, self.radius_m)
         return self.build().spec
+
+    def refuses_start(self, start: Mapping[str, float]) -> str:
+        point = (start["x_m"], start["y_m"])
+        for axis, value, length in zip("xy", point, self.arena_m, strict=True):
+            low, high = self.radius_m, length - self.radius_m
+            if not low <= value <= high:
+                return f"expected {axis} in {low:g}..{high:g} m (inside the arena), got {value:g}"
+        thing = self.world.standing_in(point, self.radius_m) if self.world is not None else ""
+        return f"expected a free place, got [{point[0]:g}, {point[1]:g}], where {thing} stands" if thing else ""
 
     def build(self) -> DifferentialDrive | WorldDrive:
         if self.world is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import traceback
 from importlib.metadata import version
 from typing import Annotated
 
@@ -23,6 +24,15 @@ app = typer.Typer(
 add_placeholders(app)
 
 
+_with_traceback = False
+"""Somebody asked for it: the traceback of an error is printed above its message."""
+
+
+def _show_traceback(wanted: bool) -> None:
+    global _with_traceback
+    _with_traceback = wanted
+
+
 def _print_version(wanted: bool) -> None:
     if wanted:
         typer.echo(f"sceann-hil {version('sceann-hil')}")
@@ -33,6 +43,10 @@ def _print_version(wanted: bool) -> None:
 def options(
     show_version: Annotated[
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+    show_traceback: Annotated[
+        bool,
+        typer.Option("--traceback", callback=_show_traceback, is_eager=True, help="Show where an error came from."),
     ] = False,
 ) -> None:
     """Evolve tiny neural controllers in simulation, then go on with a real robot."""
@@ -47,10 +61,13 @@ def main() -> None:
         from rich.markup import escape
 
         from sceann_hil.errors import as_user_error
+        from sceann_hil.plugin_faults import plugin_fault
 
-        told = as_user_error(error)
+        told = as_user_error(error) or plugin_fault(error)
         if told is None:
             raise
+        if _with_traceback:
+            traceback.print_exception(error)
         console = Console(stderr=True, highlight=False)
         console.print(f"[bold red]Error:[/] {escape(told.message)}", soft_wrap=True)
         if told.hint:

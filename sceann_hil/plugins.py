@@ -11,7 +11,9 @@ This module imports nothing of the framework at run time, so that every other mo
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict
@@ -66,6 +68,14 @@ class RobotConfig(PluginConfig):
         """The simulated robot with the same body: itself if it is one; None if nobody has described it."""
         return self if self.spec.repeatable else None
 
+    def refuses_start(self, start: Mapping[str, float]) -> str:
+        """Why no trial can begin there: outside of the arena, in an obstacle; empty if one can.
+
+        Args:
+            start: values by the names of the start fields.
+        """
+        return ""
+
     def on_virtual_board(self, body: RobotConfig) -> AbstractContextManager[RobotConfig | None]:
         """This robot's firmware on a virtual board of this computer, for as long as the block lasts.
 
@@ -76,6 +86,23 @@ class RobotConfig(PluginConfig):
             The section that leads to it, or None: this kind of robot has no firmware to rehearse.
         """
         return nullcontext(None)
+
+
+@dataclass(frozen=True, slots=True)
+class StartVariation:
+    """Other starts than the configured ones, from none to severe: a way to try how robust controllers are.
+
+    Attributes:
+        name: for people.
+        unit: of the levels.
+        levels: how far the starts are changed; the first is the configured task.
+        changes: for each level, new values of the task's keys.
+    """
+
+    name: str
+    unit: str
+    levels: tuple[float, ...]
+    changes: tuple[Mapping[str, Any], ...]
 
 
 class TaskConfig(PluginConfig):
@@ -94,6 +121,10 @@ class TaskConfig(PluginConfig):
         Raises:
             ValueError: why it cannot; a `Misfit` also names the keys at fault.
         """
+
+    def other_starts(self) -> StartVariation | None:
+        """How the starts can be varied to try a controller's robustness; None if they cannot."""
+        return None
 
 
 class AlgorithmConfig(PluginConfig):

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Annotated, Any, Literal, Self
 
-from can import Bus, BusABC
+from can import BusABC
 from pydantic import Field, SerializeAsAny, ValidationError, field_validator, model_validator
 
 import sceann_hil.link.serial_bus as serial_bus
@@ -17,6 +17,7 @@ from backends.simulation.body import SimulatedBody
 from sceann_hil import registry
 from sceann_hil.errors import PluginError
 from sceann_hil.firmware.build import Board
+from sceann_hil.link.can_bus import known_interfaces, open_can
 from sceann_hil.link.numbers import MAX_MOTORS, MAX_SENSORS
 from sceann_hil.link.vocabulary import Mode
 from sceann_hil.plugins import Misfit, RobotConfig, Section
@@ -38,6 +39,13 @@ class CanChannel(Section):
     """Bits per second."""
     options: dict[str, str | int | float | bool] = Field(default_factory=dict)
     """Whatever else this interface wants."""
+
+    @field_validator("interface")
+    @classmethod
+    def _is_known(cls, value: str) -> str:
+        if value not in known_interfaces():
+            raise ValueError(f"expected one of {', '.join(known_interfaces())}; got {value!r}")
+        return value
 
 
 class RemoteConfig(RobotConfig):
@@ -66,8 +74,8 @@ class RemoteConfig(RobotConfig):
     """Names of a trial's start values, which the task must have too (not in mode hil)."""
     ends: tuple[SensorEnd, ...] = ()
     """Task ends that the sensors tell (not in mode hil)."""
-    bumper: TaskEnd = "out_of_bounds"
-    """What a hit bumper means."""
+    bumper: TaskEnd | Literal["rig"] = "out_of_bounds"
+    """What a hit bumper means; rig: the rig says it."""
     attended: bool | None = None
     """Somebody stands beside it and puts it back; default: yes, unless mode is hil or there is a rig."""
     rig: Annotated[str, Field(pattern=r"^[^:]+:\d+$")] | None = None
@@ -120,6 +128,8 @@ class RemoteConfig(RobotConfig):
             for end in self.ends:
                 if end.sensor is not None and end.sensor >= (self.n_sensors or 0):
                     raise Misfit(f"ends: expected a sensor 0..{(self.n_sensors or 0) - 1}, got {end.sensor}", "ends")
+        if self.bumper == "rig" and self.rig is None:
+            raise Misfit("bumper: expected a rig that can say what it means", "bumper", "rig")
         if self.battery_range_v is not None and self.battery_range_v[0] >= self.battery_range_v[1]:
             raise Misfit("battery_range_v: expected [empty, full]", "battery_range_v")
         return self
@@ -163,7 +173,7 @@ class RemoteConfig(RobotConfig):
                 mode=Mode[self.mode.upper()],
                 node=self.node,
                 reconnect_s=self.reconnect_s,
-                bumper=EndReason[self.bumper.upper()],
+                bumper=None if self.bumper == "rig" else EndReason[self.bumper.upper()],
                 rig_address=self.rig,
                 battery_range_v=self.battery_range_v,
             ),
@@ -198,4 +208,4 @@ class RemoteConfig(RobotConfig):
         if self.can is None:
             return serial_bus.SceannSerialBus(self.port or "", self.baud)
         options: dict[str, Any] = dict(self.can.options)
-        return Bus(interface=self.can.interface, channel=self.can.channel, bitrate=self.can.bitrate, **options)
+        return open_can(self.can.interface, self.can.channel, self.can.bitrate, **options)

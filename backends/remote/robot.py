@@ -38,8 +38,8 @@ from sceann_hil.robot import (
     Trials,
 )
 from sceann_hil.robot.diagnosis import Finding
+from sceann_hil.robot.drawing import Drawing
 from sceann_hil.robot.durations import Durations
-from sceann_hil.robot.scenery import Scenery
 
 PROBES = 20
 """Requests that say how good a line is while no trial runs."""
@@ -84,8 +84,8 @@ class RemoteRobot(Robot):
         return self._spec
 
     @property
-    def scenery(self) -> Scenery | None:
-        return self._body.robot.scenery if self._body is not None else None
+    def drawing(self) -> Drawing | None:
+        return self._body.robot.drawing if self._body is not None else None
 
     @property
     def link(self) -> RobotLink:
@@ -281,8 +281,13 @@ class RemoteRobot(Robot):
             self.link.statistics.lateness.add(late_s)
         return self._judge(trials, follower, states)
 
+    def _bumper(self) -> EndReason:
+        if self._settings.bumper is not None or self._settings.rig_address is None:
+            return self._settings.bumper or EndReason.OUT_OF_BOUNDS
+        return rig.why_ended(self._settings.rig_address)
+
     def _judge(self, trials: Trials, follower: Follower, states: NDArray[np.float32]) -> Results:
-        reason = end_reason(follower, self._settings.bumper)
+        reason = end_reason(follower, self._bumper)
         _, ticks = ended(follower)
         if reason is EndReason.OPERATOR and self._interrupted is not None:
             # the robot knows only that it was stopped; who stopped it knows why
@@ -290,6 +295,10 @@ class RemoteRobot(Robot):
         if reason.is_void:
             self._complaint = f"the robot ended the trial: {reason}"
             return Results.void(1, reason, len(self._spec.state_fields), self._complaint)
+        steps = ticks if follower.task_end is None else follower.task_end[1] + 1
+        contradiction = follower.contradiction or _ends_impossibly(follower, ticks, steps)
+        if contradiction:
+            raise TrialLost(f"what came on the link cannot all be true: {contradiction}")
         missing = follower.missing(ticks)
         if missing:
             self.link.statistics.lost_ticks += missing
@@ -298,7 +307,6 @@ class RemoteRobot(Robot):
             raise TrialLost("the robot's last answer was lost on the link, so the body never made that step")
         sensors = follower.sensors[:ticks]
         neurons = recompute(trials.weights[trials.genome_index[0]], trials.size, trials.dynamics, sensors)
-        steps = ticks if follower.task_end is None else follower.task_end[1] + 1
         if self._settings.mode is not Mode.TETHERED and follower.end is not None:
             step = first_difference(follower, neurons, follower.end.state_hash)
             if step is not None:
@@ -312,7 +320,7 @@ class RemoteRobot(Robot):
     # -- exactly once -----------------------------------------------------------------------------------------------
 
     def settle(self, trials: Trials) -> Results:
-        """Ask the robot what became of a trial whose host died: never started, ended, or half.
+        """Ask the robot how a trial went whose host died: never started, ended, or half.
 
         A trial that never started is run now, or is void if a person has to be asked first. One that ended is taken if
         its result is known for sure: in mode HIL if the robot's steps and state hash are those of the simulation,
@@ -331,7 +339,7 @@ class RemoteRobot(Robot):
             expected = self._body.robot.trace(trials)
             same = (last.ticks, last.state_hash) == (int(expected.steps[0]), int(expected.hashes[0]))
             return expected if same and last.reason in (LinkEnd.MAX_TICKS, LinkEnd.STOPPED) else void
-        if last.reason is LinkEnd.MAX_TICKS and self._watch is None:
+        if last.reason is LinkEnd.MAX_TICKS and last.ticks == trials.max_steps and self._watch is None:
             return Results(
                 end_reasons=np.array([EndReason.TIME_UP], np.uint8),
                 steps=np.array([last.ticks], np.int32),
@@ -340,6 +348,15 @@ class RemoteRobot(Robot):
                 durations_s=np.array([last.ticks * self._spec.tick_s]),
             )
         return void
+
+
+def _ends_impossibly(follower: Follower, ticks: int, steps: int) -> str:
+    """What is wrong with the robot's word about the end of a trial; empty if nothing is."""
+    most = follower.order.max_ticks
+    ran_out = follower.end is not None and follower.end.reason is LinkEnd.MAX_TICKS
+    if ticks > most or (ran_out and ticks != most):
+        return f"the robot ended after {ticks} of {most} steps"
+    return f"the task ended in step {steps - 1}, and the robot did {ticks} steps" if steps > ticks else ""
 
 
 def _counted(link: RobotLink) -> tuple[int, int]:

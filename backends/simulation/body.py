@@ -4,22 +4,19 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable
-from types import FunctionType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from backends.simulation.gap import FIRST_SENSOR_CHANNEL, Gap
-from sceann_hil.network.compiled import as_part, compiled, make_current
+from sceann_hil.network.compiled import as_part, bound
 from sceann_hil.network.fingerprint import fingerprint
 from sceann_hil.robot import Robot
 
 Float32Array = NDArray[np.float32]
 Sense = Callable[[Float32Array, Float32Array, Float32Array, Float32Array], None]
 Advance = Callable[[Float32Array, Float32Array, Float32Array, NDArray[np.int32], Float32Array, Float32Array], None]
-
-_bound: dict[tuple[Callable[..., None], str], Callable[..., None]] = {}
 
 
 class SimulatedBody(Robot):
@@ -119,9 +116,6 @@ class SimulatedBody(Robot):
     def bind(self, loop: Callable[..., None], **parts: Callable[..., Any]) -> Callable[..., None]:
         """A loop's machine code for this body.
 
-        The loop's byte code gets a globals dictionary of its own, in which ``sense``, ``advance`` and `parts` are what
-        the loop calls by these names: unlike a closure, that lets the machine code be kept on disk.
-
         Args:
             loop: a function of a module that calls them.
             parts: other functions that the loop calls.
@@ -131,10 +125,4 @@ class SimulatedBody(Robot):
             "advance": as_part(type(self).advance),
             **parts,
         }
-        key = loop, fingerprint(*body.values())
-        if key not in _bound:
-            make_current(*body.values())
-            code, scope = getattr(loop, "__code__"), getattr(loop, "__globals__")  # noqa: B009 - a Callable has none
-            own = FunctionType(code, {**scope, **body}, loop.__name__)
-            _bound[key] = compiled(own)
-        return _bound[key]
+        return bound(loop, **body)

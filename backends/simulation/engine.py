@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 from backends.simulation.body import SimulatedBody
 from backends.simulation.estimate import estimate_gap
 from backends.simulation.gap import Gap
-from backends.simulation.lanes import run_lanes
+from backends.simulation.lanes import accumulating, nothing, run_lanes
 from sceann_hil.network.coding import NetworkSize
 from sceann_hil.network.controller import Neuron
 from sceann_hil.network.neurons import LANES
 from sceann_hil.robot import GapEstimate, Results, Trace, Trials
+from sceann_hil.robot.accumulation import Accumulation
 
 _SMALLEST_SHARE = LANES
 _SHARES_PER_THREAD = 4
@@ -37,6 +38,7 @@ class SimulatedRobot(SimulatedBody):
     def __init__(self, gap: Gap = Gap(), threads: int | None = None) -> None:  # noqa: B008
         super().__init__(gap)
         self._threads = threads or os.cpu_count() or 1
+        self._loops: dict[Accumulation | None, Callable[..., None]] = {}
 
     def use_cores(self, count: int) -> None:
         """Compute on at most `count` cores."""
@@ -59,9 +61,11 @@ class SimulatedRobot(SimulatedBody):
         """See `backends.simulation.estimate`."""
         return estimate_gap(self, starts, tuple(traces))
 
-    @cached_property
-    def _kernel(self) -> Callable[..., None]:
-        return self.bind(run_lanes)
+    def _loop(self, accumulation: Accumulation | None) -> Callable[..., None]:
+        if accumulation not in self._loops:
+            part = nothing if accumulation is None else accumulating(accumulation)
+            self._loops[accumulation] = self.bind(run_lanes, accumulate=part)
+        return self._loops[accumulation]
 
     @cached_property
     def _pool(self) -> ThreadPoolExecutor:
@@ -87,9 +91,13 @@ class SimulatedRobot(SimulatedBody):
         states, parameters = self.checked_states(trials.starts), self.checked_parameters()
         gap = self.gap.draw(trials.keys, size.n_sensors, size.n_motors, self.neutral_motor)
 
+        accumulation, loop = trials.accumulation, self._loop(trials.accumulation)
+        totals = np.empty(n)
+        rule, first_total = (0, 0.0) if accumulation is None else (accumulation.rule, accumulation.first)
+
         def simulate(part: slice) -> None:
             traced = part if tracing else slice(0, 0)
-            self._kernel(
+            loop(
                 trials.weights,
                 trials.genome_index[part],
                 states[part],
@@ -109,6 +117,9 @@ class SimulatedRobot(SimulatedBody):
                 trace_sensors[traced],
                 trace_u[traced],
                 trace_x[traced],
+                rule,
+                first_total,
+                totals[part],
             )
 
         share = max(_SMALLEST_SHARE, -(-n // (self._threads * _SHARES_PER_THREAD)))
@@ -123,4 +134,11 @@ class SimulatedRobot(SimulatedBody):
                 Trace(trace_state[i, : k + 1], trace_sensors[i, :k], trace_u[i, :k], trace_x[i, :k])
                 for i, k in enumerate(steps)
             ]
-        return Results(end_reasons, steps, hashes, final_states, steps.astype(np.float64) * spec.tick_s, traces)
+        durations_s = steps.astype(np.float64) * spec.tick_s
+        values = None if accumulation is None else totals
+        results = Results(end_reasons, steps, hashes, final_states, durations_s, traces, values=values)
+        if accumulation is not None and not tracing:
+            for bad in np.flatnonzero(~np.isfinite(totals))[:1].tolist():
+                # once more with every step, to tell which one it was
+                self.trace(trials.take(slice(bad, bad + 1)))
+        return trials.completed(results)

@@ -56,6 +56,7 @@ def virtual(
     battery_s: Annotated[
         float, typer.Option("--battery-s", min=0.1, help="Driven time that the battery lasts.")
     ] = 3600.0,
+    node: Annotated[int, typer.Option("--node", min=1, max=127, help="Its number on a bus.")] = 1,
     seed: Annotated[
         int, typer.Option("--seed", min=0, help="Of the body's noise, and of its gap: another seed is another robot.")
     ] = 1,
@@ -88,6 +89,7 @@ def virtual(
                 rig_port=rig_port,
                 battery_s=battery_s,
                 seed=seed,
+                node=node,
             )
         )
         section = robot.section(mode)

@@ -11,8 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import can as python_can
-
 from backends.simulation.body import SimulatedBody
 from backends.virtual.body import Battery, VirtualBody
 from backends.virtual.cable import Cable
@@ -22,6 +20,7 @@ from backends.virtual.virtual_uno import VirtualUno
 from sceann_hil.errors import CannotWrite, ConfigError
 from sceann_hil.firmware.build import Board
 from sceann_hil.firmware.emulated.qemu import QemuBoard
+from sceann_hil.link.can_bus import AdapterProblem, open_can
 from sceann_hil.plugins import RobotConfig
 
 PACED_BAUD = {Board.UNO: 115_200}
@@ -35,11 +34,13 @@ class VirtualRobot:
         line: keys of a configuration's robot section that lead to it: ``port`` and ``baud``, or ``can``.
         body: the configuration of the robot whose body it has; None for a board that only serves mode hil.
         rig_address: ``host:port`` of its rig; None without a body.
+        node: its number.
     """
 
     line: dict[str, Any]
     body: RobotConfig | None
     rig_address: str | None
+    node: int = 1
 
     @property
     def modes(self) -> tuple[str, ...]:
@@ -62,19 +63,20 @@ class VirtualRobot:
                 "The boards posix and uno get a body from the CONFIG that is named after them; the others have none.",
             )
         section: dict[str, Any] = {"type": "remote", **self.line, "mode": mode}
+        if self.node != 1:
+            section["node"] = self.node
         if self.body is None:
             return section
         if mode == "hil":
             return {**section, "body": self.body.model_dump(mode="json")}
         spec = self.body.spec
-        bumper = "goal" if "heading_rad" in spec.start_fields else "fell"
         return {
             **section,
             "n_sensors": spec.n_sensors,
             "n_motors": spec.n_motors,
             "tick_s": spec.tick_s,
             "start_fields": list(spec.start_fields),
-            "bumper": bumper,
+            "bumper": "rig",
             "rig": self.rig_address,
             "battery_range_v": [Battery().empty_v, Battery().full_v],
         }
@@ -92,6 +94,7 @@ def switch_on(
     rig_port: int = 0,
     battery_s: float = 3600.0,
     seed: int = 1,
+    node: int = 1,
 ) -> Iterator[VirtualRobot]:
     """A virtual robot for as long as the block lasts.
 
@@ -105,6 +108,7 @@ def switch_on(
         rig_port: TCP port of its rig; 0 for any.
         battery_s: driven time that its battery lasts.
         seed: of noise and gap.
+        node: its number.
 
     Raises:
         ConfigError: the board cannot have this body, line or store.
@@ -112,13 +116,15 @@ def switch_on(
     """
     if can is not None and board is Board.UNO:
         raise ConfigError("--can: expected a board on a line of its own, got uno.", "Leave --can out.")
+    if node != 1 and board not in (Board.POSIX, Board.UNO):
+        raise ConfigError(f"--node: expected a posix or uno board, got {board.value}.", "Leave --node out.")
     _check_store(store)
     with ExitStack() as stack:
         body = _body(robot, seed, battery_s, board)
         rig = None
         if board is Board.UNO:
             try:
-                uno = stack.enter_context(VirtualUno(body, rig_port))
+                uno = stack.enter_context(VirtualUno(body, rig_port, node))
             except ValueError as error:
                 raise ConfigError(f"{error}.", "Take another CONFIG, or the posix board.") from error
             line: dict[str, Any] = {"port": _linked(stack, uno.port, port), "baud": PACED_BAUD[board]}
@@ -126,13 +132,13 @@ def switch_on(
         else:
             if board is Board.POSIX:
                 posix = stack.enter_context(
-                    VirtualPosix(body, baud=baud, store=store, terminal=False, rig_port=rig_port)
+                    VirtualPosix(body, baud=baud, store=store, terminal=False, rig_port=rig_port, node=node)
                 )
                 end, rig = posix.socket, posix.rig
             else:
                 end = stack.enter_context(QemuBoard(board, eeprom=store)).line.socket
             line = _line(stack, end, port, can, baud)
-        yield VirtualRobot(line, robot, rig.address if rig is not None else None)
+        yield VirtualRobot(line, robot, rig.address if rig is not None else None, node)
 
 
 def _body(robot: RobotConfig | None, seed: int, battery_s: float, board: Board) -> VirtualBody | None:
@@ -150,8 +156,8 @@ def _line(stack: ExitStack, end: socket.socket, port: Path | None, can: str | No
         # frames for machines of one's own stay on it
         options: dict[str, Any] = {"hop_limit": 0} if interface == "udp_multicast" else {}
         try:
-            bus = python_can.Bus(interface=interface, channel=channel, **options)
-        except (python_can.CanError, OSError, ValueError) as error:
+            bus = open_can(interface, channel, **options)
+        except AdapterProblem as error:
             raise ConfigError(f"--can {can}: {error}.", "Try udp_multicast:239.74.163.2.") from error
         stack.callback(CanBridge(end, bus).close)
         return {"can": {"interface": interface, "channel": channel, **({"options": options} if options else {})}}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import secrets
 import socket
 import threading
 from collections import deque
@@ -14,6 +16,13 @@ from backends.virtual.rig_server import RigServer
 from sceann_hil.firmware.emulated.posix import Alarm, BoardRecord, PosixBoard, RecordKind
 
 LOG_LENGTH = 100_000
+
+
+def _unique_id(store: Path | None) -> int:
+    """A number that tells this robot from others; the same as long as its store is kept."""
+    if store is None:
+        return secrets.randbits(48)
+    return int.from_bytes(hashlib.sha256(str(store.resolve()).encode()).digest()[:6], "little")
 
 
 class VirtualPosix:
@@ -56,6 +65,7 @@ class VirtualPosix:
             baud=baud,
             terminal=terminal,
             node=node,
+            unique_id=_unique_id(store),
             name=f"virtual {spec.name}" if spec else "virtual (hil only)",
         )
         self._closing = threading.Event()

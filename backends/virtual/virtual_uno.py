@@ -9,6 +9,8 @@ from __future__ import annotations
 import contextlib
 import os
 import pty
+import select
+import termios
 import threading
 import time
 import tty
@@ -34,15 +36,64 @@ class PinChange:
 
     Attributes:
         time_s: `time.monotonic`.
-        duty: of right and left motor, -255..255; (0, 0) is the safe output.
+        duty: of motor 0 (left) and motor 1 (right), -255..255; (0, 0) is the safe output.
     """
 
     time_s: float
     duty: tuple[int, int]
 
 
+class Socket:
+    """The board's USB socket: a pseudo-terminal, and the DTR line that resets an Uno when somebody opens its port.
+
+    DTR rises when a port is opened and falls when it is closed, unless whoever had it open asked for it to stay
+    (HUPCL off). The chip is reset by the rise.
+
+    Attributes:
+        port: path of the terminal.
+    """
+
+    def __init__(self) -> None:
+        self._near, far = pty.openpty()
+        tty.setraw(far)
+        os.set_blocking(self._near, False)
+        self.port = os.ttyname(far)
+        os.close(far)
+        self._poll = select.poll()
+        self._poll.register(self._near, select.POLLIN)
+        self._open = self._high = False
+
+    def opened(self) -> bool:
+        """DTR has risen since the last call: somebody plugged in."""
+        is_open = not any(events & select.POLLHUP for _, events in self._poll.poll(0))
+        rose = False
+        if is_open and not self._open:
+            rose, self._high = not self._high, True
+        elif self._open and not is_open:
+            self._high = not termios.tcgetattr(self._near)[2] & termios.HUPCL
+        self._open = is_open
+        return rose
+
+    def read(self) -> bytes:
+        """What the host has sent."""
+        if self._open:
+            with contextlib.suppress(OSError):
+                return os.read(self._near, 256)
+        return b""
+
+    def write(self, data: bytes) -> None:
+        """To the host; lost when nobody has the port open or reads."""
+        if self._open:
+            with contextlib.suppress(OSError):
+                os.write(self._near, data)
+
+    def close(self) -> None:
+        """Unplug."""
+        os.close(self._near)
+
+
 class VirtualUno:
-    """An Arduino Uno with our firmware and a body, on a pseudo-terminal.
+    """An Arduino Uno with our firmware, the boot loader that Unos ship with, and a body, on a pseudo-terminal.
 
     Attributes:
         body: what it drives; None for a board that only serves mode hil.
@@ -53,12 +104,14 @@ class VirtualUno:
     Args:
         body: a body with two motors and at most five sensors.
         rig_port: TCP port of the rig; 0 for any.
+        node: the number that it was given.
 
     Raises:
         ValueError: the body does not fit an Uno.
+        ToolMissing: the boot loader is not installed.
     """
 
-    def __init__(self, body: VirtualBody | None, rig_port: int = 0) -> None:
+    def __init__(self, body: VirtualBody | None, rig_port: int = 0, node: int = 1) -> None:
         self.body = body
         flags: tuple[str, ...] = ()
         if body is not None:
@@ -69,12 +122,10 @@ class VirtualUno:
                     f"got {spec.n_motors} and {spec.n_sensors}"
                 )
             flags = (f"-DSCEANN_UNO_SENSORS={spec.n_sensors}",)
-        self._flags = flags
-        self._board = UnoBoard(flags)
-        self._near, self._far = pty.openpty()
-        tty.setraw(self._far)
-        os.set_blocking(self._near, False)
-        self.port = os.ttyname(self._far)
+        self._flags = (*flags, *((f"-DSCEANN_UNO_NODE={node}",) if node != 1 else ()))
+        self._board = UnoBoard(self._flags, booted=True)
+        self._socket = Socket()
+        self.port = self._socket.port
         self.driver_log: deque[PinChange] = deque(maxlen=LOG_LENGTH)
         self.rig = RigServer(body, rig_port) if body is not None else None
         self._power_cycle = threading.Event()
@@ -90,18 +141,18 @@ class VirtualUno:
             if self._power_cycle.is_set():
                 eeprom = self._board.eeprom
                 self._board.close()
-                self._board = UnoBoard(self._flags, eeprom)
+                self._board = UnoBoard(self._flags, eeprom, booted=True)
                 self._power_cycle.clear()
-            with contextlib.suppress(BlockingIOError, OSError):
-                self._board.write(os.read(self._near, 256))
+            if self._socket.opened():
+                self._board.reset()
+            self._board.write(self._socket.read())
             if self.body is not None and due_s >= next_tick_s:
                 next_tick_s += self.body.robot.spec.tick_s
                 self._exchange(self.body, duty)
             self._board.run(int(SLICE_S * HZ))
             data = self._board.read(0.0)
             if data:
-                with contextlib.suppress(BlockingIOError):
-                    os.write(self._near, data)
+                self._socket.write(data)
             if self._board.motors != duty:
                 duty = self._board.motors
                 self.driver_log.append(PinChange(time.monotonic(), duty))
@@ -132,8 +183,7 @@ class VirtualUno:
         if self.rig is not None:
             self.rig.close()
         self._board.close()
-        os.close(self._near)
-        os.close(self._far)
+        self._socket.close()
 
     def __enter__(self) -> VirtualUno:
         return self

@@ -59,10 +59,12 @@ from backends.world.layout import (
     World,
     packed,
 )
+from backends.world.picture import draw
 from backends.world.rays import COS, DX, DY, NEAR, OX, OY, SIN, aim, meet_arena, meet_things
 from sceann_hil.network.compiled import compiled_part
 from sceann_hil.network.neurons import LANES
 from sceann_hil.robot import EndReason, RobotSpec
+from sceann_hil.robot.drawing import Drawing
 
 _F = np.float32
 _GOAL, _OUT = int(EndReason.GOAL), int(EndReason.OUT_OF_BOUNDS)
@@ -276,6 +278,10 @@ class WorldDrive(SimulatedRobot):
     @property
     def spec(self) -> RobotSpec:
         return self._spec
+
+    @property
+    def drawing(self) -> Drawing:
+        return draw(self.world, self.senses, self.motion)
 
     @cached_property
     def parameters(self) -> NDArray[np.float32]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from backends.world.ground import CELLS_PER_M, line_shades, map_shades
-from backends.world.layout import Box, Infrared, Lamp, Light, Round, Senses, Wall, World
+from backends.world.layout import Box, Infrared, Lamp, Light, Line, Round, Senses, Wall, World
 from backends.world.response import fitted, straight
 from sceann_hil.plugins import Misfit, Section
 
@@ -206,7 +206,7 @@ class WorldConfig(Section):
                 if a == b:
                     raise Misfit(f"world.line: expected different corners, got {list(a)} twice in a row", "world.line")
 
-    def free_at(self, point: Point, radius_m: float) -> str:
+    def standing_in(self, point: Point, radius_m: float) -> str:
         """What a body at this point would stand in; empty if nothing."""
         for number, obstacle in enumerate(self.obstacles):
             if obstacle.distance_m(point) < radius_m:
@@ -234,9 +234,16 @@ class WorldConfig(Section):
             lamps=tuple(Lamp(it.at_m, it.reference_m) for it in self.lamps),
             shades=shades,
             shades_per_m=per_m,
+            floor_line=self._floor_line(),
             goal_m=None if self.target == "none" else target_m,
             goal_radius_m=target_radius_m,
         )
+
+    def _floor_line(self) -> Line | None:
+        if self.line is None:
+            return None
+        points = self.line.points_m
+        return Line((*points, points[0]) if self.line.closed else points, self.line.width_m)
 
     def _shades(self, arena_m: Point) -> tuple[NDArray[np.float32] | None, tuple[float, float]]:
         if self.line is not None:

@@ -117,6 +117,14 @@ class Light:
 
 
 @dataclass(frozen=True, slots=True)
+class Line:
+    """A line on the floor as it was given, for pictures; the robot feels `World.shades`."""
+
+    points_m: tuple[tuple[float, float], ...]
+    width_m: float
+
+
+@dataclass(frozen=True, slots=True)
 class World:
     """What stands in an arena ``[0, width] x [0, height]`` besides its four walls.
 
@@ -129,6 +137,7 @@ class World:
         shades: how dark the floor is, 0 white to 1 black, on a grid of square cells from the lower left corner, shape
             ``(rows, columns)``; None for a white floor.
         shades_per_m: columns and rows of it per metre.
+        floor_line: what the shades show, if it is a line.
         goal_m: centre of the target; None if there is none.
         goal_radius_m: its radius.
     """
@@ -140,6 +149,7 @@ class World:
     lamps: tuple[Lamp, ...] = ()
     shades: NDArray[np.float32] | None = None
     shades_per_m: tuple[float, float] = (1.0, 1.0)
+    floor_line: Line | None = None
     goal_m: tuple[float, float] | None = None
     goal_radius_m: float = 0.0
 

@@ -75,7 +75,7 @@ COMMANDS: dict[str, Entry] = {
     "compare": Entry(
         Topic.ROBOT,
         "gap",
-        "Run the best genomes of a run in simulation and on the robot, and say how far the two are apart, and why.",
+        "Compare simulation and robot: run the best genomes of a run on both, and show the difference and its causes.",
     ),
     "repeat": Entry(
         Topic.ROBOT,
@@ -89,6 +89,9 @@ COMMANDS: dict[str, Entry] = {
         Topic.CONTROLLER,
         "firmware",
         "Prove that a board computes what the simulator computed: every state of every neuron.",
+    ),
+    "set-node": Entry(
+        Topic.CONTROLLER, "firmware", "Give a robot a node number of its own; it keeps it without power."
     ),
     "study": Entry(
         Topic.STUDY, "study", "Run every condition of a study many times; results go to DIR/NAME/study.sqlite."

@@ -17,7 +17,7 @@ from sceann_hil.errors import NotARun
 from sceann_hil.journal import JournalReader
 from sceann_hil.network.coding import genome_from_hex
 from sceann_hil.study import STUDY_NAME, StudyReader
-from sceann_hil.study.robustness import Robustness, measure
+from sceann_hil.study.robustness import Criterion, Robustness, measure
 
 _MOST_CANDIDATES = 200
 
@@ -41,8 +41,11 @@ def champion(
         Path, typer.Argument(metavar="DIR", help="Folder of a run, or of a study.", show_default=False)
     ],
     robust: Annotated[
-        bool, typer.Option("--robust", help="Pick by success in disturbed bodies instead of by fitness.")
+        bool, typer.Option("--robust", help="Pick by what they do in disturbed bodies instead of in the ideal one.")
     ] = False,
+    by: Annotated[
+        Criterion, typer.Option("--by", help="With --robust: by mean fitness, or by the part of trials that succeed.")
+    ] = Criterion.FITNESS,
     condition: Annotated[
         int | None, typer.Option("--condition", min=0, help="Of a study: take this condition.", show_default="the best")
     ] = None,
@@ -59,10 +62,11 @@ def champion(
     if robust:
         genomes = np.stack([genome_from_hex(c.genome, config.genome_length) for c in candidates])
         found = measure(config, genomes)
-        order.sort(key=lambda k: (-found.score[k], -candidates[k].fitness))
+        scores = found.mean(by)
+        order.sort(key=lambda k: (-scores[k], -candidates[k].fitness))
     shown = order[:top]
     if as_json:
-        print_json({"from": source, "champions": [_as_dict(candidates[k], found, k) for k in shown]})
+        print_json({"from": source, "champions": [_as_dict(candidates[k], found, k, by) for k in shown]})
         return
     _print(source, candidates, found, shown)
 
@@ -118,28 +122,50 @@ def _of_study(directory: Path, number: int | None) -> tuple[str, ExperimentConfi
     )
 
 
-def _as_dict(candidate: _Candidate, found: Robustness | None, place: int) -> dict[str, Any]:
+def _as_dict(candidate: _Candidate, found: Robustness | None, place: int, by: Criterion) -> dict[str, Any]:
     told: dict[str, Any] = {"origin": candidate.origin, "fitness": candidate.fitness, "genome": candidate.genome}
     if found is not None:
-        told["robust_score"] = float(found.score[place])
-        told["success"] = {
-            disturbance.name: dict(zip(map(str, disturbance.levels), levels[:, place].tolist(), strict=True))
-            for disturbance, levels in zip(found.disturbances, found.success, strict=True)
-        }
+        interval = found.fitness_interval(place)
+        told["robust_by"] = str(by)
+        told["robust_score"] = float(found.mean(by)[place])
+        told["robust_success"] = float(found.score[place])
+        told["robust_fitness"] = {"mean": interval.estimate, "low": interval.low, "high": interval.high}
+        for name, measured in (("success", found.success), ("disturbed_fitness", found.fitness)):
+            told[name] = {
+                disturbance.name: dict(zip(map(str, disturbance.levels), levels[:, place].tolist(), strict=True))
+                for disturbance, levels in zip(found.disturbances, measured, strict=True)
+            }
     return told
 
 
 def _print(source: str, candidates: list[_Candidate], found: Robustness | None, shown: list[int]) -> None:
-    names = [] if found is None else ["score", *(disturbance.name for disturbance in found.disturbances)]
-    table = Table("genome", "fitness", *names, "from", title=source)
-    for place in shown:
-        candidate = candidates[place]
-        rates = []
-        if found is not None:
-            rates = [f"[bold]{found.score[place]:.1%}[/]"]
-            rates += [f"{levels[1:, place].mean():.0%}" for levels in found.success]
-        table.add_row(candidate.genome, f"{candidate.fitness:.4g}", *rates, candidate.origin)
     console = Console(highlight=False)
+    if found is None:
+        table = Table("genome", "fitness", "from", title=source)
+        for place in shown:
+            table.add_row(candidates[place].genome, f"{candidates[place].fitness:.4g}", candidates[place].origin)
+        console.print(table)
+        return
+    table = Table("genome", "from", "ideal", "disturbed: mean [95 %]", "to the first", "success", title=source)
+    for place in shown:
+        candidate, interval = candidates[place], found.fitness_interval(place)
+        difference = found.fitness_difference(place, shown[0])
+        table.add_row(
+            candidate.genome,
+            candidate.origin,
+            f"{candidate.fitness:.4g}",
+            f"{interval.estimate:.4g} [{interval.low:.4g}, {interval.high:.4g}]",
+            "" if place == shown[0] else f"{difference.estimate:+.3g}{' (?)' if difference.contains_zero else ''}",
+            f"{found.score[place]:.1%}",
+        )
     console.print(table)
-    if found is not None:
-        console.print("Part of trials that succeed, mean over the levels of each disturbance.")
+    details = Table(
+        "genome", *(disturbance.name for disturbance in found.disturbances), title="Mean fitness under each"
+    )
+    for place in shown:
+        details.add_row(candidates[place].genome, *(f"{levels[1:, place].mean():.4g}" for levels in found.fitness))
+    console.print(details)
+    console.print(
+        f"Means over the levels of each disturbance, {found.repeats} repeats of every trial. (?): the 95 % interval of "
+        "the difference holds 0. Success: part of these trials that reach the task's aim."
+    )

@@ -147,7 +147,7 @@ def _run(
         with (
             signals.watched(),
             beside(robot, settings, show, signals.request) as desk,
-            show_progress(console, last, desk if robot.spec.batch_size == 1 else None) as report,
+            show_progress(console, last, desk, by_trial=robot.spec.batch_size == 1) as report,
         ):
             signals.beside(robot, desk)
             outcome = experiment.evolve(robot, report, signals.request, desk, more)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
@@ -56,7 +57,7 @@ def compare(
     budget_trials: BudgetTrials = None,
     as_json: AsJson = False,
 ) -> None:
-    """Run the best genomes of a run in simulation and on the robot, and say how far the two are apart, and why.
+    """Compare simulation and robot: run the best genomes of a run on both, and show the difference and its causes.
 
     The robot's trials are in the run's journal: a comparison that was interrupted goes on where it was.
 
@@ -79,8 +80,8 @@ def compare(
     from sceann_hil.study.gap import figures
 
     figures.draw_gap(report, here, there, folder / "gap.png")
-    scenery = simulated.robot.build().scenery
-    signals = sensor_names(simulated.size, scenery), motor_names(simulated.size, scenery)
+    drawing = simulated.robot.build().drawing
+    signals = sensor_names(simulated.size, drawing), motor_names(simulated.size, drawing)
     figures.draw_trajectories(here, there, names, *signals, folder / "trajectories.png")
     if timing:
         figures.draw_timing(timing, folder / "timing.png")
@@ -119,7 +120,10 @@ def repeat(
     fitness = measurement.repeats[0]
     spread = Spread.of(fitness)
     task = config.task.build()
-    differences = [part * (task.best_fitness - task.worst_fitness) for part in (0.02, 0.05, 0.1, 0.2)]
+    width = task.best_fitness - task.worst_fitness
+    if not math.isfinite(width):  # the task does not say what a trial can be worth
+        width = float(np.ptp(measurement.fitness)) or 1.0
+    differences = [part * width for part in (0.02, 0.05, 0.1, 0.2)]
     from sceann_hil.study.gap import figures
 
     figures.draw_spread(fitness.tolist(), spread, folder / f"individual-{row.id}.png")

@@ -95,7 +95,11 @@ def replay_trial(
     """
     if (trial is None) is not every:
         raise typer.BadParameter("name one TRIAL, or give --all")
-    from sceann_hil.run.replay import journalled_config, replay  # bodies and their compiled code
+    from sceann_hil.run.replay import (  # bodies and their compiled code
+        journalled_config,
+        replay,
+        sessions_of_another_body,
+    )
 
     # what a trial gives again is compared with the row as it stands; what no replay can tell is checked after it
     reader = JournalReader(directory, checked=False)
@@ -105,11 +109,14 @@ def replay_trial(
         typer.echo(f"note: {line}", err=True)
     compared: list[tuple[int, list[Comparison]]] = []
     n_compared = 0
+    sessions: set[int | None] = set()
     with config.robot.build() as robot:
         for rows in [[reader.attempt(trial)]] if trial is not None else _counted(reader):
+            sessions |= {row.session for row in rows}
             n_compared += len(rows)
             pairs = zip([row.id for row in rows], replay(reader, config, robot, rows), strict=True)
             compared += [pair for pair in pairs if trial is not None or not all(c.equal for c in pair[1])]
+        bodies = sessions_of_another_body(reader, robot, sessions)
     different = [identity for identity, comparisons in compared if not all(c.equal for c in comparisons)]
     if as_json:
         print_json(
@@ -117,6 +124,7 @@ def replay_trial(
                 "replayed": n_compared,
                 "other_versions": others,
                 "different": different,
+                "sessions_with_another_body": bodies,
                 "trials": {
                     identity: {c.quantity: {"journalled": c.journalled, "replayed": c.replayed} for c in comparisons}
                     for identity, comparisons in compared
@@ -124,7 +132,7 @@ def replay_trial(
             }
         )
     else:
-        _print_replay(compared if trial is not None else [], n_compared, different)
+        _print_replay(compared if trial is not None else [], n_compared, different, bodies)
     if different:
         shown = ", ".join(map(str, different[:10])) + (" ..." if len(different) > 10 else "")
         raise ReplayDiffers(
@@ -166,7 +174,9 @@ def export_tables(
         typer.echo(path)
 
 
-def _print_replay(compared: list[tuple[int, list[Comparison]]], n_compared: int, different: list[int]) -> None:
+def _print_replay(
+    compared: list[tuple[int, list[Comparison]]], n_compared: int, different: list[int], bodies: list[int]
+) -> None:
     console = Console(highlight=False)
     if compared:
         identity, comparisons = compared[0]
@@ -175,6 +185,12 @@ def _print_replay(compared: list[tuple[int, list[Comparison]]], n_compared: int,
             mark = "[green]same[/]" if c.equal else "[bold red]DIFFERENT[/]"
             table.add_row(c.quantity, str(c.journalled), str(c.replayed), mark)
         console.print(table)
+    if bodies:
+        console.print(
+            f"Session {', '.join(map(str, bodies))} was run with another body than the one that is installed here: its "
+            "code, a constant, a parameter or the version of Python has changed.",
+            style="yellow",
+        )
     if not different:
         console.print(f"{n_compared} trial{'s' if n_compared != 1 else ''} replayed, the same to the last bit.")
 

@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 
+from rich.cells import cell_len
 from rich.console import Console, RenderableType
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
 from rich.text import Text
@@ -18,24 +19,25 @@ from rich.text import Text
 from sceann_hil.run.experiment import Progress as RunProgress
 from sceann_hil.run.measuring import Report
 from sceann_hil.supervision.operators import Desk, Phase, View
-from sceann_hil.timespans import duration_text
 
 _SECONDS_BETWEEN_LINES = 5.0
 
 
 @contextmanager
 def show_progress(
-    console: Console, last_generation: int, desk: Desk | None = None
+    console: Console, last_generation: int, desk: Desk | None = None, *, by_trial: bool = True
 ) -> Iterator[Callable[[RunProgress], None]]:
     """A function for `Experiment.evolve` to report to.
 
     Args:
         console: where it is shown; a bar if that is a terminal, else lines.
         last_generation: number of the run's last generation.
-        desk: where the run tells how its trials stand, if the robot does them one by one.
+        desk: where the run tells how its trials stand, and the console what is being typed.
+        by_trial: the robot does its trials one by one.
     """
+    by_trial = by_trial and desk is not None
     if not console.is_terminal:
-        with _lines_by_trial(console, desk) if desk is not None else _lines(console) as report:
+        with _lines_by_trial(console, desk) if by_trial and desk is not None else _lines(console) as report:
             yield report
         return
     columns = (
@@ -43,11 +45,11 @@ def show_progress(
         MofNCompleteColumn(),
         BarColumn(),
         TextColumn("best [bold green]{task.fields[best]}[/] mean {task.fields[mean]}"),
-        *(() if desk is not None else (TextColumn("{task.fields[rate]} trials/s"),)),
+        *(() if by_trial else (TextColumn("{task.fields[rate]} trials/s"),)),
         TextColumn("ETA"),
         TimeRemainingColumn(compact=True),
     )
-    with _Clocked(*columns, console=console, transient=True, desk=desk) as bar:
+    with _Clocked(*columns, console=console, transient=True, desk=desk, clock=by_trial) as bar:
         shown = bar.add_task("evolve", total=last_generation, best="-", mean="-", rate="-")
 
         def report(progress: RunProgress) -> None:
@@ -70,18 +72,35 @@ class _Clocked(Progress):
         columns: of the bar.
         console: where.
         transient: nothing is left of it in the end.
-        desk: whose trial; without one there is no such line.
+        desk: whose trial, and what is typed beside it; without one there is no such line.
+        clock: whether its trial is shown.
     """
 
-    def __init__(self, *columns: str | ProgressColumn, console: Console, transient: bool, desk: Desk | None) -> None:
+    def __init__(
+        self,
+        *columns: str | ProgressColumn,
+        console: Console,
+        transient: bool,
+        desk: Desk | None,
+        clock: bool = True,
+    ) -> None:
         self._desk = desk
-        self._clock = Clock()
+        self._clock = Clock() if clock else None
         super().__init__(*columns, console=console, transient=transient)
 
     def get_renderables(self) -> Iterable[RenderableType]:
         yield from super().get_renderables()
-        if self._desk is not None:
+        if self._desk is not None and self._clock is not None:
             yield Text(self._clock.line(self._desk.view()), overflow="ellipsis", no_wrap=True)
+        if self._desk is not None and (typed := self._desk.typing):
+            yield Text(_end_of(f"{typed}_", self.console.width), no_wrap=True)
+
+
+def _end_of(line: str, width: int) -> str:
+    """What fits of a line that is being written: its end."""
+    while cell_len(line) >= width:
+        line = line[1:]
+    return line
 
 
 class Clock:
@@ -105,11 +124,18 @@ class Clock:
         }.get(view.phase, "between trials")
         parts = [
             f"trial {min(status.done + 1, status.todo)} of {status.todo}",
-            f"{doing} {duration_text(time.monotonic() - self._since_s)}",
+            f"{doing} {_clock(time.monotonic() - self._since_s)}",
             *status.left,
             status.forecast,
         ]
         return " · ".join(part for part in parts if part)
+
+
+def _clock(seconds: float) -> str:
+    """As on a stop watch: 0:07, 12:34, 1:02:03."""
+    minutes, second = divmod(int(seconds), 60)
+    hours, minute = divmod(minutes, 60)
+    return f"{hours}:{minute:02}:{second:02}" if hours else f"{minute}:{second:02}"
 
 
 @contextmanager

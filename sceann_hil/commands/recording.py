@@ -1,4 +1,4 @@
-"""Recording beside an evolution, seen from the commands: start it, wait for it, say what became of it."""
+"""Recording beside an evolution, seen from the commands: start it, wait for it, say how it ended."""
 
 from __future__ import annotations
 

@@ -152,6 +152,12 @@ class ExperimentConfig(Section):
         except NotImplementedError:
             return  # a plug-in that is only a section yet: its keys can be checked, its trials cannot be run
         task.check_robot(self.robot.spec)
+        if self.saving.racing is not Racing.OFF and not math.isfinite(task.best_fitness - task.worst_fitness):
+            raise Misfit(
+                f"racing: expected a task that says what its trials can be worth, got {self.task.type}",
+                "saving.racing",
+                "task.type",
+            )
 
 
 @contextmanager

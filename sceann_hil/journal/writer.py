@@ -182,7 +182,6 @@ class Journal:
         results: Results,
         fitness: NDArray[np.float64],
         circumstances: Circumstances = NOTHING_SPECIAL,
-        values: NDArray[np.float64] | None = None,
     ) -> None:
         """These attempts have ended.
 
@@ -191,8 +190,6 @@ class Journal:
             results: what happened, in the same order.
             fitness: of each trial, shape ``(n,)``; ignored where the end was void.
             circumstances: the same for all of them.
-            values: what the task added up over each trial, shape ``(n,)``; None if it adds up nothing. Ignored where
-                the end was void.
 
         Traces in the results are kept too: a robot that delivers them with `run` cannot be asked for them later.
         """
@@ -203,7 +200,7 @@ class Journal:
         is_void = np.isin(results.end_reasons, void) if void else None
         known, notes = self._intents(ids)
         learned: list[Column] = [
-            *(milliseconds(), [names[code] for code in codes], results.steps, _unless(is_void, values)),
+            *(milliseconds(), [names[code] for code in codes], results.steps, _unless(is_void, results.values)),
             *(results.hashes, final_state_texts(results.final_states), results.durations_s, _unless(is_void, fitness)),
             *(circumstances.operator_s, circumstances.battery_fraction),
             [_joined(note, said) for note in notes] if notes is not None else said,

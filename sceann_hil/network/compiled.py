@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from types import FunctionType
 from typing import Any, TypeVar, cast
 from weakref import WeakKeyDictionary
 
@@ -15,6 +16,8 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 # whatever the environment says: interpreted integers do not wrap around like compiled ones
 numba.config.DISABLE_JIT = 0  # type: ignore[attr-defined]
+
+_bound: dict[tuple[Callable[..., Any], str], Callable[..., Any]] = {}
 
 _compiled_as: WeakKeyDictionary[Any, str] = WeakKeyDictionary()
 """The fingerprint with which a part was current when something that uses it was compiled."""
@@ -34,6 +37,24 @@ def compiled(function: _Function) -> _Function:
 def compiled_part(function: _Function) -> _Function:
     """Like `compiled`, for the pieces that only other compiled functions call; they need no cache of their own."""
     return cast(_Function, numba.njit(error_model="numpy", forceinline=True)(function))
+
+
+def rebound(function: _Function, **parts: Callable[..., Any]) -> _Function:
+    """A copy of a module's function that calls `parts` by these names.
+
+    The names stand in a globals dictionary of its own: unlike a closure, that lets machine code be kept on disk.
+    """
+    plain: Any = function
+    return cast(_Function, FunctionType(plain.__code__, {**plain.__globals__, **parts}, plain.__name__))
+
+
+def bound(function: _Function, **parts: Callable[..., Any]) -> _Function:
+    """The machine code of `rebound`; made once for the same parts, and anew when something in them has changed."""
+    key = function, fingerprint(*parts.values())
+    if key not in _bound:
+        make_current(*parts.values())
+        _bound[key] = compiled(rebound(function, **parts))
+    return cast(_Function, _bound[key])
 
 
 def as_part(function: _Function) -> _Function:

@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import isfinite
 
 import rerun.blueprint as rrb
 import rerun.blueprint.table as rrt
 from rerun import LineStrips2D, Points2D
 
-from sceann_hil.recording import arena, cartpole, network, overview, style
+from sceann_hil.recording import network, overview, scene, solid, style
 from sceann_hil.recording.chunks import PROPERTY
 from sceann_hil.recording.columns import GENERATION, STEP, TRIAL_TIME
 from sceann_hil.recording.trial import RecordedRun
-from sceann_hil.robot.scenery import ArenaScenery, CartPoleScenery
+from sceann_hil.robot.drawing import Distance, Drawing, Part
 
 _DARK = list(style.BACKGROUND)
 _LOG_COLUMNS = rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"])
-_FLAT = ["/arena/**", "- /arena/solid/**", "- /arena/robot/solid/**"]
 _PLAIN = [
     LineStrips2D.from_fields(colors=style.colours(style.WHEEL)),
     Points2D.from_fields(colors=style.resting_colour()),
 ]
-"""Colours of cones and nodes where a trial has none: their place is in the scenery, their activity in the trial."""
+"""Colours of sensor fields and nodes where a trial has none: their place is shared, their activity is the trial's."""
 
 _UNIT = (-0.05, 1.05)
 
@@ -33,20 +33,30 @@ def trial_blueprint(run: RecordedRun) -> rrb.Blueprint:
     signals = [sensors, *neurons, _curves("Motor outputs", "/signals/motors", _UNIT)]
     about = rrb.TextDocumentView(origin="/info", name="Trial")
     right = rrb.Vertical(_network_view("Controller and its activity"), about, row_shares=[3, 1.5])
-    match run.scenery:
-        case ArenaScenery() as scene:
-            picture = rrb.Vertical(
-                rrb.Tabs(_arena_view(scene, _FLAT), _solid_view(scene)),
-                rrb.StateTimelineView(origin="/", contents=["/phase"], name="Phase"),
-                row_shares=[7, 1.1],
-            )
-            signals.append(_curves("Distance to the target", arena.ROBOT, legend=False))
-        case CartPoleScenery() as scene:
-            body = [_curves("Pole", cartpole.POLE), _curves("Cart", cartpole.CART)]
-            picture = rrb.Vertical(_cartpole_view(scene), *body, row_shares=[2, 1, 1])
-        case None:
-            return _screen(rrb.Horizontal(rrb.Vertical(*signals), right, column_shares=[4, 3]), TRIAL_TIME, playing=1.0)
-    root = rrb.Horizontal(picture, rrb.Vertical(*signals), right, column_shares=[4, 3, 3.4])
+    if run.drawing is None:
+        return _screen(rrb.Horizontal(rrb.Vertical(*signals), right, column_shares=[4, 3]), TRIAL_TIME, playing=1.0)
+    drawing = run.drawing
+    flat = _flat_view(drawing, _contents(drawing), drawing.title)
+    picture: list[rrb.View | rrb.Container] = [
+        rrb.Tabs(flat, _solid_view(drawing)) if drawing.from_above else flat,
+    ]
+    shares = [7.0]
+    if drawing.phases is not None:
+        picture.append(rrb.StateTimelineView(origin="/", contents=[scene.PHASE], name="Phase"))
+        shares.append(1.1)
+    curves = [
+        _curves(_curve_title(part), scene.entity(drawing, part), legend=not isinstance(part.curves, Distance))
+        for part in reversed(drawing.parts)
+        if part.curves
+    ]
+    if drawing.from_above:
+        signals += curves
+    else:
+        # a drawing from the side is low: there is room below it
+        picture += curves
+        shares += [3.5] * len(curves)
+    left = rrb.Vertical(*picture, row_shares=shares)
+    root = rrb.Horizontal(left, rrb.Vertical(*signals), right, column_shares=[4, 3, 3.4])
     return _screen(root, TRIAL_TIME, playing=1.0)
 
 
@@ -70,7 +80,8 @@ def table_blueprint(run: RecordedRun) -> rrt.TableBlueprint:
 def run_blueprint(run: RecordedRun) -> rrb.Blueprint:
     """The screen of a run over its generations."""
     top = run.best_fitness
-    fitness = _curves("Fitness over generations", "/fitness", (-0.03 * top, 1.03 * top), legend=False)
+    shown = (-0.03 * top, 1.03 * top) if isfinite(top) else None
+    fitness = _curves("Fitness over generations", "/fitness", shown, legend=False)
     success = _curves("Trials that succeeded", "/success", (-0.03, 1.03), legend=False)
     events = rrb.TextLogView(origin="/log", name="Generations and events", columns=_LOG_COLUMNS)
     left = rrb.Vertical(fitness, success, events, row_shares=[3, 1.5, 1.8])
@@ -83,23 +94,28 @@ def run_blueprint(run: RecordedRun) -> rrb.Blueprint:
         rrb.TextDocumentView(origin="/config", name="Run"),
         row_shares=[3, 1.6, 1.2, 1.6],
     )
-    match run.scenery:
-        case ArenaScenery() as scene:
-            everyone = _arena_view(scene, ["/arena/**"], "All trials of this generation (best individual bright)")
-            root = rrb.Horizontal(left, everyone, right, column_shares=[3, 4, 3])
-        case CartPoleScenery():
-            (x_range, y_range) = overview.SWING_BOUNDS
-            angles = rrb.Spatial2DView(
-                origin="/",
-                contents="/swings/**",
-                name="Pole angle over time, all trials (best bright)",
-                background=_DARK,
-                visual_bounds=rrb.VisualBounds2D(x_range=x_range, y_range=y_range),
-            )
-            root = rrb.Horizontal(left, angles, right, column_shares=[3, 4, 3])
-        case None:
-            root = rrb.Horizontal(left, right)
-    return _screen(root, GENERATION)
+    everyone = _everyone(run.drawing)
+    if everyone is None:
+        return _screen(rrb.Horizontal(left, right), GENERATION)
+    return _screen(rrb.Horizontal(left, everyone, right, column_shares=[3, 4, 3]), GENERATION)
+
+
+def _everyone(drawing: Drawing | None) -> rrb.View | None:
+    """All trials of a generation in one picture, if this robot can be drawn like that."""
+    if drawing is None:
+        return None
+    if drawing.swing is not None:
+        (x_range, y_range) = overview.SWING_BOUNDS
+        return rrb.Spatial2DView(
+            origin="/",
+            contents="/swings/**",
+            name=f"{drawing.swing.title}, all trials (best bright)",
+            background=_DARK,
+            visual_bounds=rrb.VisualBounds2D(x_range=x_range, y_range=y_range),
+        )
+    if not overview.has_paths(drawing):
+        return None
+    return _flat_view(drawing, [f"{scene.SCENE}/**"], "All trials of this generation (best individual bright)")
 
 
 def _screen(root: rrb.Container, timeline: str, *, playing: float | None = None) -> rrb.Blueprint:
@@ -130,56 +146,58 @@ def _curves(
     )
 
 
-def _arena_bounds(scene: ArenaScenery) -> rrb.VisualBounds2D:
-    width, height = scene.arena_m
-    margin = max(width, height) / 40
-    # views are y-down, so the mirrored arena lies above the x axis
-    return rrb.VisualBounds2D(x_range=[-margin, width + margin], y_range=[-height - margin, margin])
+def _contents(drawing: Drawing) -> list[str]:
+    """What a flat view shows: everything but the solid things."""
+    solids = [f"- {scene.entity(drawing, part)}/solid/**" for part in drawing.parts]
+    return [f"{scene.SCENE}/**", f"- {solid.SOLID}/**", *solids]
 
 
-def _arena_view(scene: ArenaScenery, contents: Sequence[str], name: str = "Arena") -> rrb.Spatial2DView:
+def _flat_view(drawing: Drawing, contents: Sequence[str], name: str) -> rrb.Spatial2DView:
     trail = [
         rrb.VisibleTimeRange(
             timeline, start=rrb.TimeRangeBoundary.infinite(), end=rrb.TimeRangeBoundary.cursor_relative()
         )
         for timeline in (TRIAL_TIME, STEP)
     ]
+    left, right, bottom, top = drawing.bounds_m
     return rrb.Spatial2DView(
         origin="/",
         contents=list(contents),
         name=name,
         background=_DARK,
-        visual_bounds=_arena_bounds(scene),
-        overrides={"/arena/trail": rrb.VisibleTimeRanges(trail)},
+        # views are y-down, so the mirrored scene lies above the x axis
+        visual_bounds=rrb.VisualBounds2D(x_range=[left, right], y_range=[-top, -bottom]),
+        overrides={scene.TRAIL: rrb.VisibleTimeRanges(trail)},
         defaults=_PLAIN,
     )
 
 
-def _solid_view(scene: ArenaScenery) -> rrb.Spatial3DView:
-    width, height = scene.arena_m
+def _solid_view(drawing: Drawing) -> rrb.Spatial3DView:
+    left, right, bottom, top = drawing.bounds_m
+    width, height = right - left, top - bottom
+    moving = [name for part in drawing.parts for name in _solid_part(drawing, part)]
     return rrb.Spatial3DView(
-        origin="/arena",
-        contents=["/arena/solid/**", "/arena/robot", "/arena/robot/solid/**"],
+        origin=scene.SCENE,
+        contents=[f"{solid.SOLID}/**", *moving],
         name="3D",
         background=_DARK,
         line_grid=rrb.LineGrid3D(visible=False),
         eye_controls=rrb.EyeControls3D(
-            position=[0.3 * width, -0.5 * height, 0.95 * max(width, height)],
-            look_target=[width / 2, 0.45 * height, 0],
+            position=[left + 0.3 * width, bottom - 0.5 * height, 0.95 * max(width, height)],
+            look_target=[left + width / 2, bottom + 0.45 * height, 0],
             eye_up=[0, 0, 1],
         ),
     )
 
 
-def _cartpole_view(scene: CartPoleScenery) -> rrb.Spatial2DView:
-    half = scene.track_m + 0.2
-    return rrb.Spatial2DView(
-        origin="/",
-        contents="/scene/**",
-        name="Cart and pole",
-        background=_DARK,
-        visual_bounds=rrb.VisualBounds2D(x_range=[-half, half], y_range=[-1.35 * scene.pole_m, 0.35 * scene.pole_m]),
-    )
+def _solid_part(drawing: Drawing, part: Part) -> tuple[str, str]:
+    name = scene.entity(drawing, part)
+    return name, f"{name}/solid/**"
+
+
+def _curve_title(part: Part) -> str:
+    name = part.curves.name.partition(" [")[0] if isinstance(part.curves, Distance) else part.name
+    return name.capitalize()
 
 
 def _network_view(name: str) -> rrb.Spatial2DView:
@@ -194,10 +212,7 @@ def _network_view(name: str) -> rrb.Spatial2DView:
 
 
 def _miniature(run: RecordedRun) -> rrb.View:
-    match run.scenery:
-        case ArenaScenery() as scene:
-            return _arena_view(scene, [*_FLAT, "- /arena/trail", "- /arena/robot/cones"])
-        case CartPoleScenery() as scene:
-            return _cartpole_view(scene)
-        case None:
-            return _curves("Motor outputs", "/signals/motors", _UNIT, legend=False)
+    if run.drawing is None:
+        return _curves("Motor outputs", "/signals/motors", _UNIT, legend=False)
+    fans = [f"- {scene.entity(run.drawing, part)}/fans" for part in run.drawing.parts if part.fans]
+    return _flat_view(run.drawing, [*_contents(run.drawing), f"- {scene.TRAIL}", *fans], run.drawing.title)

@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 from rerun.chunk import Chunk
 
 from sceann_hil.network.controller import ONE, sensors_to_q10
-from sceann_hil.recording import arena, cartpole, network, style
+from sceann_hil.recording import network, scene, solid, style
 from sceann_hil.recording.columns import scalars, static, step_times, timed
 from sceann_hil.recording.trial import RecordedRun, RecordedTrial
-from sceann_hil.robot.scenery import ArenaScenery, CartPoleScenery
 
 PROPERTY = "trial"
 """Name of the property whose components are what a gallery can be sorted by."""
@@ -30,11 +29,8 @@ def trial_chunks(run: RecordedRun, trial: RecordedTrial, *, full: bool) -> Itera
     """
     yield Chunk.from_property(PROPERTY, rr.AnyValues(drop_untyped_nones=True, **properties(run, trial)))
     yield static("/info", rr.TextDocument(_description(run, trial), media_type="text/markdown"))
-    match run.scenery:
-        case ArenaScenery() as scene:
-            yield from arena.arena_trial(run, scene, trial, full=full)
-        case CartPoleScenery() as scene:
-            yield from cartpole.cartpole_trial(run, scene, trial, full=full)
+    if run.drawing is not None:
+        yield from scene.moving(run, run.drawing, trial, full=full)
     yield from _signals(run, trial)
     yield static("/network/connections", network.connections(trial.weights, run.size))
     if full:
@@ -61,21 +57,19 @@ def properties(run: RecordedRun, trial: RecordedTrial) -> dict[str, Any]:
     return values
 
 
-def scenery_chunks(run: RecordedRun) -> Iterator[Chunk]:
+def shared_chunks(run: RecordedRun) -> Iterator[Chunk]:
     """What all trials share: surroundings, shapes, names and colours of curves."""
     curves: list[tuple[str, tuple[str, ...], NDArray[np.uint32]]] = [
         ("/signals/sensors", run.sensor_names, style.signal_colours(run.size.n_sensors)),
         ("/signals/hidden", run.hidden_names, style.signal_colours(run.size.n_hidden + 3)[3:]),
         ("/signals/motors", run.motor_names, style.motor_colours(run.size.n_motors)),
     ]
-    match run.scenery:
-        case ArenaScenery() as scene:
-            yield from arena.arena_scenery(scene)
-            curves.append((arena.ROBOT, (arena.DISTANCE_NAME,), style.colours(style.BEST)))
-        case CartPoleScenery() as scene:
-            yield from cartpole.cartpole_scenery(scene)
-            curves.append((cartpole.CART, cartpole.CART_NAMES, style.colours(style.TRAIL, style.PATH)))
-            curves.append((cartpole.POLE, cartpole.POLE_NAMES, style.colours(style.BODY, style.BODY_DARK)))
+    if run.drawing is not None:
+        yield from scene.still(run.drawing)
+        yield from solid.solid(run.drawing)
+        for part in run.drawing.parts:
+            names = scene.curve_names(part)
+            curves.append((scene.entity(run.drawing, part), names, style.part_colours(len(names))))
     for path, names, colours in curves:
         if names:
             yield static(path, rr.SeriesLines(colors=colours, names=list(names), widths=1.5))

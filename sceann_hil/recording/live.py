@@ -55,7 +55,7 @@ class LiveTrial:
             self._stream.connect_grpc(target)
         self._stream.send_blueprint(blueprints.trial_blueprint(run))
         self._stream.send_recording_name(f"live: trial {trial_id}")
-        self._stream.send_chunks(list(chunks.scenery_chunks(run)))
+        self._stream.send_chunks(list(chunks.shared_chunks(run)))
 
     def step(self, step: int, sensors: NDArray[np.uint16], state: NDArray[np.float32]) -> None:
         """Take one step; after a dropped one the network's state is not known any more, and nothing is shown."""

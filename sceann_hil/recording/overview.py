@@ -7,19 +7,19 @@ from collections.abc import Iterator
 import numpy as np
 import rerun as rr
 import yaml
+from numpy.typing import NDArray
 from rerun.chunk import Chunk
 
-from sceann_hil.recording import network, style
-from sceann_hil.recording.arena import arena_ground
+from sceann_hil.recording import network, scene, style
 from sceann_hil.recording.columns import at_generation, once, static
 from sceann_hil.recording.source import RecordedGeneration
 from sceann_hil.recording.trial import RecordedRun, RecordedTrial
-from sceann_hil.robot.scenery import ArenaScenery, CartPoleScenery
+from sceann_hil.robot.drawing import Drawing, Swing
 
 _STRIDE = 3
-"""Every how manieth point of a path is drawn."""
+"""Of this many points of a path one is drawn."""
 _SWING_WIDTH, _SWING_HEIGHT = 10.0, 10.0
-"""Size of the picture of all pole angles, in the units of its view."""
+"""Size of the picture of all swings, in the units of its view."""
 SWING_BOUNDS = ((-1.0, 10.4), (-5.6, 5.6))
 """What a view of it should show: x range, y range (y points down)."""
 
@@ -38,11 +38,10 @@ def overview_start(run: RecordedRun, config: str, seed: int) -> Iterator[Chunk]:
     yield static(
         "/success", rr.SeriesLines(colors=style.colours(style.SUCCESS), names=["part of all trials"], widths=2.0)
     )
-    match run.scenery:
-        case ArenaScenery() as scene:
-            yield from arena_ground(scene)
-        case CartPoleScenery() as scene:
-            yield from _swing_frame(run, scene)
+    if run.drawing is not None and run.drawing.swing is not None:
+        yield from _swing_frame(run, run.drawing.swing)
+    elif run.drawing is not None:
+        yield from scene.ground(run.drawing)
     yield from network.network_scenery(run)
 
 
@@ -69,13 +68,13 @@ def overview_generation(run: RecordedRun, generation: RecordedGeneration) -> Ite
 
 def _paths(run: RecordedRun, generation: RecordedGeneration) -> Iterator[Chunk]:
     """Everyone's trials from red (worst) to blue (best), the champion's on top."""
-    match run.scenery:
-        case ArenaScenery() as scene:
-            name, thin = "/arena", scene.body_radius_m / 36
-        case CartPoleScenery():
-            name, thin = "/swings", 0.012
-        case None:
-            return
+    drawing = run.drawing
+    if drawing is None or not (drawing.swing is not None or has_paths(drawing)):
+        return
+    left, right, bottom, top = drawing.bounds_m
+    name, thin = scene.SCENE, max(right - left, top - bottom) / 800
+    if drawing.swing is not None:
+        name, thin = "/swings", 0.012
     ranks = np.argsort(np.argsort(generation.fitness, kind="stable"), kind="stable")
     shades = style.rank_colours(len(ranks))
     everyone = sorted(generation.trials, key=lambda trial: int(ranks[trial.individual]))
@@ -83,31 +82,39 @@ def _paths(run: RecordedRun, generation: RecordedGeneration) -> Iterator[Chunk]:
     when = at_generation(generation.row.number)
     if everyone:
         colours = shades[[ranks[trial.individual] for trial in everyone]]
-        strips = [_path(run, trial) for trial in everyone]
+        strips = [_path(run, drawing, trial) for trial in everyone]
         yield once(f"{name}/paths", when, rr.LineStrips2D(strips, colors=colours, radii=thin, draw_order=1))
     if best:
-        strips, colour = [_path(run, trial) for trial in best], style.colours(style.CHAMPION)
+        strips, colour = [_path(run, drawing, trial) for trial in best], style.colours(style.CHAMPION)
         yield once(f"{name}/champion", when, rr.LineStrips2D(strips, colors=colour, radii=2.5 * thin, draw_order=3))
 
 
-def _path(run: RecordedRun, trial: RecordedTrial) -> np.ndarray[tuple[int, ...], np.dtype[np.float32]]:
-    state = trial.trace.state
-    if isinstance(run.scenery, CartPoleScenery):
-        time = np.arange(len(state)) * (_SWING_WIDTH / run.max_steps)
-        height = np.clip(state[:, 2] / run.scenery.largest_angle_rad, -1.05, 1.05) * (_SWING_HEIGHT / 2)
+def has_paths(drawing: Drawing) -> bool:
+    """Whether its first part moves in two directions."""
+    return bool(drawing.parts) and drawing.parts[0].x is not None and drawing.parts[0].y is not None
+
+
+def _path(run: RecordedRun, drawing: Drawing, trial: RecordedTrial) -> NDArray[np.float32]:
+    fields = {name: trial.trace.state[:, k] for k, name in enumerate(run.state_fields)}
+    points: NDArray[np.float32] | None
+    if drawing.swing is not None:
+        values = fields[drawing.swing.field]
+        time = np.arange(len(values)) * (_SWING_WIDTH / run.max_steps)
+        height = np.clip(values / drawing.swing.limit, -1.05, 1.05) * (_SWING_HEIGHT / 2)
         points = np.column_stack([time, -height])
     else:
-        points = state[:, :2]
+        points = scene.path_of(drawing, fields)
+    if points is None:
+        return np.zeros((1, 2), np.float32)
     return np.concatenate([points[:-1:_STRIDE], points[-1:]]).astype(np.float32)
 
 
-def _swing_frame(run: RecordedRun, scene: CartPoleScenery) -> Iterator[Chunk]:
+def _swing_frame(run: RecordedRun, swing: Swing) -> Iterator[Chunk]:
     half = _SWING_HEIGHT / 2
     lines = [[[0.0, y], [_SWING_WIDTH, y]] for y in (-half, 0.0, half)] + [[[0.0, -half], [0.0, half]]]
     yield static("/swings/frame", rr.LineStrips2D(lines, colors=style.colours(style.WHEEL), radii=0.01))
-    limit = np.rad2deg(scene.largest_angle_rad)
     places = [[-0.5, -half], [-0.5, 0.0], [-0.5, half], [_SWING_WIDTH, half + 0.25]]
-    labels = [f"{limit:+.0f}°", "0°", f"{-limit:.0f}°", f"{run.max_steps * run.tick_s:.4g} s"]
+    labels = [f"+{swing.limit_text}", "0", f"-{swing.limit_text}", f"{run.max_steps * run.tick_s:.4g} s"]
     yield static(
         "/swings/frame/labels",
         rr.Points2D(places, radii=0.001, labels=labels, show_labels=True, colors=style.colours(style.LABEL)),

@@ -6,6 +6,8 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+from sceann_hil.run.experiment import RECORDING_NAME
+
 _GENERATION = re.compile(r"g(\d{3,})\.rrd")
 
 
@@ -22,7 +24,7 @@ class RecordingPaths:
     @property
     def folder(self) -> Path:
         """All recordings of the run."""
-        return self.run_dir / "recording"
+        return self.run_dir / RECORDING_NAME
 
     @property
     def run(self) -> Path:

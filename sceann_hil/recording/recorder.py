@@ -116,7 +116,7 @@ class Recorder:
         for leftover in (*paths.folder.rglob(".*.part"), *paths.folder.glob(".parts-*")):
             shutil.rmtree(leftover) if leftover.is_dir() else leftover.unlink()
         with rrd.replacing(paths.scenery) as part:
-            rrd.write_recording(part, chunks.scenery_chunks(run), application_id=run.experiment, recording_id="scenery")
+            rrd.write_recording(part, chunks.shared_chunks(run), application_id=run.experiment, recording_id="scenery")
         with rrd.replacing(paths.overview_start) as part:
             start = overview.overview_start(run, self._source.config, self._source.seed)
             rrd.write_recording(part, start, application_id=self._overview_application, recording_id=run.name)

@@ -72,7 +72,8 @@ class RunSource:
             tick_s=spec.tick_s,
             max_steps=self._task.max_steps,
             best_fitness=self._task.best_fitness,
-            scenery=self._robot.scenery,
+            drawing=self._robot.drawing,
+            state_fields=self._robot.spec.state_fields,
         )
         if spec.repeatable:
             self._robot.connect()

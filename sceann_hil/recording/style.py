@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from sceann_hil.robot.drawing import Look
+
 BACKGROUND = (18, 20, 24)
 NOTHING = 0x121418FF
 """The background's colour."""
@@ -53,6 +55,33 @@ _RESTING = np.array([52, 56, 62])
 _ACTIVE = np.array([255, 209, 102])
 
 
+_LOOKS = {
+    Look.WALL: WALL,
+    Look.OBSTACLE: SOLID_WALL,
+    Look.TARGET: TARGET_FILL,
+    Look.LAMP: SUCCESS,
+    Look.LINE: 0x05070AFF,
+    Look.MARK: MARK,
+    Look.LIMIT: LIMIT,
+    Look.BODY: BODY,
+    Look.NOSE: NOSE,
+    Look.WHEEL: WHEEL,
+    Look.CART: PATH,
+    Look.TIP: FORCE,
+}
+
+
+def look_colour(look: Look) -> NDArray[np.uint32]:
+    """The colour of a shape."""
+    return colours(_LOOKS[look])
+
+
+def shade_image(rows: NDArray[np.floating]) -> NDArray[np.uint8]:
+    """A floor, 0 white to 1 black, as dark greys that leave the path visible; RGB, shape ``(*rows.shape, 3)``."""
+    grey = (96.0 - 88.0 * np.clip(rows, 0.0, 1.0)).astype(np.uint8)
+    return np.repeat(grey[..., None], 3, axis=-1)
+
+
 def colours(*values: int) -> NDArray[np.uint32]:
     """0xRRGGBBAA values as rerun takes them without guessing."""
     return np.array(values, np.uint32)
@@ -66,6 +95,12 @@ def signal_colours(count: int) -> NDArray[np.uint32]:
 def motor_colours(count: int) -> NDArray[np.uint32]:
     """Colours of `count` motor curves; they repeat after four."""
     return colours(*(_MOTORS[i % len(_MOTORS)] for i in range(count)))
+
+
+def part_colours(count: int) -> NDArray[np.uint32]:
+    """Colours of `count` curves of a part that moves; they repeat after four."""
+    palette = (BODY, TRAIL, BEST, SUCCESS)
+    return colours(*(palette[i % len(palette)] for i in range(count)))
 
 
 def packed(rgb: NDArray[np.floating | np.integer], alpha: int = 255) -> NDArray[np.uint32]:

@@ -10,7 +10,7 @@ from typing import Self
 from sceann_hil.journal import AttemptRow
 from sceann_hil.network.coding import NetworkSize, Weights
 from sceann_hil.robot import EndReason, Trace
-from sceann_hil.robot.scenery import Scenery
+from sceann_hil.robot.drawing import Drawing
 from sceann_hil.robot.signal_names import motor_names, sensor_names
 
 _NOT_IN_AN_ID = re.compile(r"[^A-Za-z0-9_-]+")
@@ -28,7 +28,8 @@ class RecordedRun:
         tick_s: length of a control step.
         max_steps: step limit of a trial.
         best_fitness: no trial can be worth more.
-        scenery: what is drawn; None for signals only.
+        state_fields: names of the body's state in traces.
+        drawing: what the robot looks like; None for signals only.
     """
 
     name: str
@@ -38,12 +39,13 @@ class RecordedRun:
     tick_s: float
     max_steps: int
     best_fitness: float
-    scenery: Scenery | None
+    state_fields: tuple[str, ...]
+    drawing: Drawing | None
 
     @cached_property
     def sensor_names(self) -> tuple[str, ...]:
         """What people call the sensors, in the controller's order."""
-        return sensor_names(self.size, self.scenery)
+        return sensor_names(self.size, self.drawing)
 
     @cached_property
     def hidden_names(self) -> tuple[str, ...]:
@@ -53,7 +55,7 @@ class RecordedRun:
     @cached_property
     def motor_names(self) -> tuple[str, ...]:
         """What people call the motor neurons."""
-        return motor_names(self.size, self.scenery)
+        return motor_names(self.size, self.drawing)
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sceann_hil.robot.diagnosis import Finding, Verdict
+from sceann_hil.robot.drawing import Drawing
 from sceann_hil.robot.durations import Durations
 from sceann_hil.robot.end_reasons import EndReason, RobotError
 from sceann_hil.robot.facts import GapEstimate, Health, RobotSpec
-from sceann_hil.robot.scenery import Scenery
 from sceann_hil.robot.trials import Results, Trace, Trials
 
 UNKNOWN_STATE = np.zeros(0, np.float32)
@@ -43,7 +43,7 @@ class Robot(ABC):
         """What this robot is; readable before `connect`."""
 
     @property
-    def scenery(self) -> Scenery | None:
+    def drawing(self) -> Drawing | None:
         """What it looks like, for viewers; None if there is nothing to draw but signals."""
         return None
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from sceann_hil.network.coding import NetworkSize, Weights
 from sceann_hil.network.controller import Dynamics
 from sceann_hil.robot.end_reasons import EndReason, TrialVoid
+
+if TYPE_CHECKING:
+    from sceann_hil.robot.accumulation import Accumulation
 
 MOST_STEPS = 2**30
 """Longest trial."""
@@ -37,6 +40,7 @@ class Trials:
         ids: numbers that name the trials in the journal, int64, shape ``(n,)``.
         run_id: a number that tells this run from others, so that a robot's memory of another run's trial is not
             taken for one of this run's.
+        accumulation: what the task adds up over a trial's steps, if it does.
 
     Raises:
         ValueError: an array has another shape, type or range.
@@ -51,6 +55,7 @@ class Trials:
     max_steps: int
     ids: NDArray[np.int64]
     run_id: int = 0
+    accumulation: Accumulation | None = None
 
     def __post_init__(self) -> None:
         size, (n,) = self.size, np.shape(self.genome_index) if np.ndim(self.genome_index) == 1 else (-1,)
@@ -96,7 +101,16 @@ class Trials:
             self.max_steps,
             self.ids[which],
             self.run_id,
+            self.accumulation,
         )
+
+    def completed(self, results: Results) -> Results:
+        """What a robot told, with the totals of its steps where the task adds something up.
+
+        Raises:
+            PluginError: the task's value of a step is no number.
+        """
+        return results if self.accumulation is None else self.accumulation.complete(self, results)
 
     def batches(self, batch_size: int | None) -> Iterator[Trials]:
         """The trials in consecutive batches that a robot can take."""
@@ -135,6 +149,7 @@ class Results:
         durations_s: robot time of each trial (steps times tick in simulation), float64, shape ``(n,)``.
         traces: one trace per trial, where the robot delivers them.
         why_void: for people: what went wrong, where trials are void.
+        values: what the task added up over each trial's steps, float64, shape ``(n,)``; None if nobody did.
     """
 
     end_reasons: NDArray[np.uint8]
@@ -144,6 +159,7 @@ class Results:
     durations_s: NDArray[np.float64]
     traces: Sequence[Trace] | None = None
     why_void: str = ""
+    values: NDArray[np.float64] | None = None
 
     @classmethod
     def void(cls, n: int, reason: EndReason, n_state: int, why: str = "") -> Self:

@@ -89,7 +89,8 @@ class BatchEvaluator:
             part = slice(first, first + step)
             weights = self.phenotype.decode(genomes[part])
             individual = np.arange(len(weights))[:, None]
-            results = self.robot.run(self.task.trials(self.phenotype, weights, individual, trial, keys[part]))
+            trials = self.task.trials(self.phenotype, weights, individual, trial, keys[part])
+            results = trials.completed(self.robot.run(trials))
             results.must_count()
             fitness[part] = _finite(self.task.fitness(results)).reshape(-1, len(trial))
             succeeded[part] = self.task.succeeded(results).reshape(-1, len(trial))
@@ -110,7 +111,8 @@ class BatchEvaluator:
         weights = self.phenotype.decode(genomes)
         keys = np.broadcast_to(np.asarray(noise, np.uint64), (len(genomes), len(trial)))
         individual = np.arange(len(genomes))[:, None]
-        results = self.robot.trace(self.task.trials(self.phenotype, weights, individual, trial, keys))
+        trials = self.task.trials(self.phenotype, weights, individual, trial, keys)
+        results = trials.completed(self.robot.trace(trials))
         results.must_count()
         return results
 

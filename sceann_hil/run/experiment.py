@@ -32,7 +32,6 @@ from sceann_hil.journal import (
 )
 from sceann_hil.journal.reader import journal_path
 from sceann_hil.journal.salvage import return_to_generation
-from sceann_hil.recording import RecordingPaths
 from sceann_hil.robot import Robot
 from sceann_hil.run.ancestor import Ancestor
 from sceann_hil.run.breeding import generations
@@ -45,6 +44,7 @@ from sceann_hil.supervision.stopping import Stopped, StopReason, StopRequest, no
 from sceann_hil.versions import running_versions
 
 CONFIG_NAME = "config.yaml"
+RECORDING_NAME = "recording"
 
 
 class Outcome(Enum):
@@ -156,7 +156,7 @@ class Experiment:
             lock = undo.enter_context(RunLock(directory))
             if from_generation is not None:
                 return_to_generation(directory, from_generation)
-                shutil.rmtree(RecordingPaths(directory).folder, ignore_errors=True)
+                shutil.rmtree(directory / RECORDING_NAME, ignore_errors=True)
             journal = Journal(directory)
             journal.accept_other_versions = accept_other_versions
             undo.callback(journal.close)
@@ -235,7 +235,7 @@ class Experiment:
         if reader.count_attempts():
             return False
         self.journal.close()
-        shutil.rmtree(RecordingPaths(self.directory).folder, ignore_errors=True)
+        shutil.rmtree(self.directory / RECORDING_NAME, ignore_errors=True)
         own = {CONFIG_NAME, LOCK_NAME, *(f"{JOURNAL_NAME}{end}" for end in ("", "-wal", "-shm", ".seal"))}
         for path in list(self.directory.iterdir()):
             if path.name in own or Journal.is_unborn(path):

@@ -303,7 +303,7 @@ def simulate(
     durations_s: list[float] = []
     traces: list[Trace] = []
     for part in trials.batches(robot.spec.batch_size):
-        results = robot.trace(part)
+        results = part.completed(robot.trace(part))
         results.must_count()
         fitness += task.fitness(results).tolist()
         durations_s += results.durations_s.tolist()

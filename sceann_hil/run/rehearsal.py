@@ -18,7 +18,7 @@ from sceann_hil.errors import ConfigError
 from sceann_hil.plugins import RobotConfig
 from sceann_hil.registry import Group
 from sceann_hil.robot import EndReason, Results, Robot, RobotSpec, Trials
-from sceann_hil.robot.scenery import Scenery
+from sceann_hil.robot.drawing import Drawing
 from sceann_hil.supervision.operators import Prompt, Who
 
 
@@ -54,8 +54,8 @@ class StandIn(Robot):
         return self._spec
 
     @property
-    def scenery(self) -> Scenery | None:
-        return self._body.scenery
+    def drawing(self) -> Drawing | None:
+        return self._body.drawing
 
     def run(self, trials: Trials) -> Results:
         return self._body.run(trials)

@@ -12,7 +12,7 @@ from sceann_hil.journal import AttemptRow, JournalReader, trial_arrays
 from sceann_hil.network.coding import Weights
 from sceann_hil.network.phenotype import Phenotype
 from sceann_hil.network.recompute import recompute
-from sceann_hil.robot import EndReason, Robot, Trace, Trials
+from sceann_hil.robot import EndReason, Results, Robot, Trace, Trials
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +71,19 @@ def measured_trace(reader: JournalReader, attempt: int, weights: Weights, phenot
     return Trace(states, sensors, neurons.u, neurons.x)
 
 
+def sessions_of_another_body(reader: JournalReader, robot: Robot, sessions: set[int | None]) -> list[int]:
+    """Those of some sessions that had another simulated body than this one.
+
+    Args:
+        reader: the run's journal.
+        robot: that is to run them again.
+        sessions: their numbers.
+    """
+    now = robot.body_fingerprint()
+    others = {row.id for row in reader.sessions() if row.body is not None and row.body != now}
+    return sorted(others & sessions)
+
+
 def replay(
     reader: JournalReader, config: ExperimentConfig, robot: Robot, attempts: list[AttemptRow]
 ) -> list[list[Comparison]]:
@@ -96,7 +109,8 @@ def replay(
     for row in attempts:
         if row.end_reason is None or row.fitness is None:
             raise NotARun(f"trial {row.id} of {reader.directory} has no result to compare with.", "")
-    results = robot.run(journalled_trials(reader, config, attempts))
+    trials = journalled_trials(reader, config, attempts)
+    results = trials.completed(robot.run(trials))
     fitness = config.task.build().fitness(results)
     return [
         [
@@ -104,7 +118,15 @@ def replay(
             Comparison("steps", row.steps, int(results.steps[i])),
             Comparison("neuron states (CRC-16)", row.state_hash, int(results.hashes[i])),
             Comparison("final body state", row.final_state, tuple(results.final_states[i].tolist())),
+            *_compared_values(row, results, i),
             Comparison("fitness", row.fitness, float(fitness[i])),
         ]
         for i, row in enumerate(attempts)
     ]
+
+
+def _compared_values(row: AttemptRow, results: Results, place: int) -> list[Comparison]:
+    """What the task added up over the steps, if it does and if the run is not older than that."""
+    if results.values is None or row.value is None:
+        return []
+    return [Comparison("total of the steps' values", row.value, float(results.values[place]))]

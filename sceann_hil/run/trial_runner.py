@@ -8,7 +8,7 @@ The life of a trial, whoever wants it (evolution, a resumed run, the reference g
 3. The robot runs it; a person may stop it and say whether it counts.
 4. The result is in the journal before the next trial begins. A void trial is never a number: it is attempted again, at
    most `RETRY_LIMIT` times, not counting what an operator wanted.
-5. What a process left open that was cut off is settled first: the robot is asked what became of it, after the same
+5. What a process left open that was cut off is settled first: the robot is asked how it ended, after the same
    people and limits as in 1 had their say.
 
 What is to be run is a `TrialSet`; what the journal already holds of it is never run a second time.
@@ -217,7 +217,7 @@ class TrialRunner:
             None if in_evolution else [trials.names[g] for g in trials.genome[places].tolist()],
             trials.measurement,
         )
-        attended = self.companion.attend(upcoming, replace(planned, ids=ids), self.robot.run, self.task)
+        attended = self.companion.attend(upcoming, replace(planned, ids=ids), _completed(self.robot.run), self.task)
         trials.attempts[places] += 1
         self._count(trials, places, ids, attended)
         return attended
@@ -228,7 +228,7 @@ class TrialRunner:
         upcoming = replace(trials.upcoming(places, slots), settling=True)
         self.companion.clear(upcoming)
         cut_off = self._planned(trials, places, noise, ids, starts)
-        attended = self.companion.attend(upcoming, cut_off, self.robot.settle, self.task)
+        attended = self.companion.attend(upcoming, cut_off, _completed(self.robot.settle), self.task)
         if not attended.results.counts.any() and attended.circumstances.note is None:
             attended = replace(attended, circumstances=replace(attended.circumstances, note=_NOT_KNOWN))
         self._count(trials, places, ids, attended)
@@ -284,6 +284,11 @@ class TrialRunner:
             )
 
 
+def _completed(run: Callable[[Trials], Results]) -> Callable[[Trials], Results]:
+    """A robot's answers with what the task adds up over the steps."""
+    return lambda trials: trials.completed(run(trials))
+
+
 def _some(results: Results, which: NDArray[np.bool_]) -> Results:
     return Results(
         end_reasons=results.end_reasons[which],
@@ -291,6 +296,7 @@ def _some(results: Results, which: NDArray[np.bool_]) -> Results:
         hashes=results.hashes[which],
         final_states=results.final_states[which],
         durations_s=results.durations_s[which],
+        values=None if results.values is None else results.values[which],
     )
 
 
@@ -302,4 +308,5 @@ def result_of(row: AttemptRow) -> Results:
         hashes=np.array([row.state_hash], np.uint16),
         final_states=np.array([row.final_state], np.float32),
         durations_s=np.array([row.robot_s], np.float64),
+        values=None if row.value is None else np.array([row.value]),
     )

@@ -1,23 +1,22 @@
 """Blocks on a Dask cluster; a dead worker's blocks are done again elsewhere.
 
-Needs the extra ``cluster``. The workers need this package too, of the same version: results do not depend on who
-computes them, but an older version may compute something else.
+Needs the extra ``cluster``. The workers need this package, Python, NumPy, Numba and all plug-ins in the same versions:
+results do not depend on who computes them, but another version may compute something else.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from importlib.metadata import version
 from itertools import islice
 from types import ModuleType
 from typing import Any, Self
 
-from sceann_hil.errors import WorkersLost
+from sceann_hil.errors import PackageMissing, WorkersLost
 from sceann_hil.study.lockstep import Block, BlockResult, compute_block
+from sceann_hil.versions import running_versions
 
 MOST_ATTEMPTS = 5
 """Times that one block may be lost together with its worker."""
-_PACKAGE = "sceann-hil"
 
 
 class ClusterWorkers:
@@ -28,7 +27,8 @@ class ClusterWorkers:
         timeout_s: how long to wait for it.
 
     Raises:
-        WorkersLost: the extra is not installed, the scheduler does not answer, or its workers have another version.
+        PackageMissing: the extra is not installed.
+        WorkersLost: the scheduler does not answer, or its workers have other versions.
     """
 
     def __init__(self, address: str, timeout_s: float = 15.0) -> None:
@@ -104,27 +104,37 @@ class ClusterWorkers:
         return max(4, 2 * self.count)
 
     def _check_versions(self) -> None:
-        ours = version(_PACKAGE)
-        found: dict[str, Any] = self._client.run(_version_or_none, on_error="return")
+        found: dict[str, Any] = self._client.run(_versions, on_error="return")
         for worker, theirs in found.items():
-            if theirs != ours:
+            if differences := _differences(_versions(), theirs):
                 self._client.close()
                 raise WorkersLost(
-                    f"The worker {worker} has {_PACKAGE} {theirs if isinstance(theirs, str) else 'not installed'}; "
-                    f"expected {ours}, as here.",
-                    "Install the same version on every worker, then start it again.",
+                    f"The worker {worker} computes with other versions than this process: {'; '.join(differences)}.",
+                    "Install the same versions on every worker, then start it again.",
                 )
 
 
-def _version_or_none() -> str | None:
-    return version(_PACKAGE)
+def _versions() -> dict[str, str]:
+    """What decides the numbers: results are the same on every processor."""
+    return {name: what for name, what in running_versions().items() if name not in ("machine", "processor")}
+
+
+def _differences(ours: dict[str, str], theirs: object) -> list[str]:
+    if not isinstance(theirs, dict):
+        return [f"sceann-hil cannot be imported there ({type(theirs).__name__}: {theirs})"]
+    return [
+        f"{name} {theirs.get(name, 'not installed')} instead of {ours.get(name, 'none')}"
+        for name in dict.fromkeys((*ours, *theirs))
+        if ours.get(name) != theirs.get(name)
+    ]
 
 
 def _dask() -> ModuleType:
     try:
         import distributed
     except ImportError as error:
-        raise WorkersLost(
-            f"--cluster needs Dask, which is not installed ({error}).", "pip install 'sceann-hil[cluster]'"
+        raise PackageMissing(
+            f"--cluster needs Dask, the package distributed, which is not installed ({error}).",
+            "pip install 'sceann-hil[cluster]'",
         ) from None
     return distributed

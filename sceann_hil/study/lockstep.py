@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from sceann_hil.config import ExperimentConfig, parse_config
 from sceann_hil.evolution import State
 from sceann_hil.network.coding import Bits, genome_to_hex
+from sceann_hil.plugin_faults import blamed_on_plugins
 from sceann_hil.robot import Robot
 from sceann_hil.run.batch import BatchEvaluator
 from sceann_hil.seeds import Purpose, generator, keys
@@ -84,7 +85,13 @@ def compute_block(block: Block) -> BlockResult:
 
     Raises:
         TrialVoid: the robot could not say what happened in a trial.
+        PluginError: an error of a plug-in.
     """
+    with blamed_on_plugins():
+        return _computed(block)
+
+
+def _computed(block: Block) -> BlockResult:
     config = parse_config(block.config, "the study's condition")
     robot = config.robot.build()
     robot.use_cores(1)

@@ -21,7 +21,7 @@ class Upcoming:
         generation: that the run is in.
         heading: what they are, in a few words for people; empty for an individual's trials in its generation.
         besides: they are none of the trials that `Companion.begin` told of.
-        settling: they were begun before, by a process that was cut off, and the robot is asked what became of them.
+        settling: they were begun before, by a process that was cut off, and the robot is asked how they ended.
     """
 
     slots: Slots

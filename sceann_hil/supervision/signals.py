@@ -54,6 +54,8 @@ class Signals:
         self._request = StopRequest.NONE
         self._interrupts = 0
         self._came: Counter[int] = Counter()
+        # asked now: a terminal that was closed is none any more
+        self._terminals = [descriptor for descriptor in (1, 2) if os.isatty(descriptor)]
         self._robot: Robot | None = None
         self._desk: Desk | None = None
 
@@ -115,7 +117,7 @@ class Signals:
         elif name == "SIGTERM":
             self._stop_now(StopRequest.TERMINATED, name, "Stopping now, as the system asks: the robot first.")
         elif name == "SIGHUP":
-            _leave_terminal()
+            self._leave_terminal()
             self._stop_now(StopRequest.HUNG_UP, name, "")
 
     def _stop_now(self, request: StopRequest, why: str, text: str) -> None:
@@ -124,6 +126,14 @@ class Signals:
             self._desk.cut_off(f"stopped by {why}")
         if text:
             self._tell(text)
+
+    def _leave_terminal(self) -> None:
+        """Nobody reads there any more: whatever is still printed must not end the run with an error."""
+        with contextlib.suppress(OSError):
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            for descriptor in self._terminals:
+                os.dup2(nowhere, descriptor)
+            os.close(nowhere)
 
     def _stop_process(self) -> None:
         if self._desk is not None and self._robot is not None:
@@ -134,13 +144,3 @@ class Signals:
                 time.sleep(0.02)
             self._robot.make_safe("Ctrl-Z")
         os.kill(os.getpid(), signal.SIGSTOP)
-
-
-def _leave_terminal() -> None:
-    """Nobody reads or writes there any more: whatever is still printed must not end the run with an error."""
-    with contextlib.suppress(OSError):
-        nowhere = os.open(os.devnull, os.O_RDWR)
-        for descriptor in (0, 1, 2):
-            if os.isatty(descriptor):
-                os.dup2(nowhere, descriptor)
-        os.close(nowhere)

@@ -13,7 +13,7 @@ class StopReason(Enum):
     OPERATOR = auto()
     """The person beside the robot."""
     BUDGET = auto()
-    """A budget is spent, or does not suffice for one more trial."""
+    """A budget is spent, or what is left of it is less than one more trial takes."""
     TERMINATED = auto()
     """The system or another program (SIGTERM)."""
     HUNG_UP = auto()

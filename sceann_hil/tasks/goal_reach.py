@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from sceann_hil.plugins import Misfit, RobotConfig, TaskConfig
+from sceann_hil.plugins import Misfit, RobotConfig, StartVariation, TaskConfig
 from sceann_hil.robot import EndReason, Results
-from sceann_hil.robot.scenery import ArenaScenery
 from sceann_hil.robot.task import Task
 
 
@@ -86,16 +85,15 @@ class GoalReachConfig(TaskConfig):
     goal_by_operator: bool = False
     """The robot cannot tell that it reached the target: the person beside it says so."""
 
+    def other_starts(self) -> StartVariation:
+        turns = (0.0, 5.0, 10.0, 15.0, 20.0, 22.5)
+        changes = tuple({"headings_deg": [heading + turn for heading in self.headings_deg]} for turn in turns)
+        return StartVariation("initial headings turned by", "degrees", turns, changes)
+
     def build(self) -> GoalReach:
         return GoalReach(self.max_steps, self.start_m, self.headings_deg, self.goal_by_operator)
 
     def check(self, robot: RobotConfig) -> None:
-        scenery = robot.build().scenery
-        if isinstance(scenery, ArenaScenery):
-            for axis, value, length in zip("xy", self.start_m, scenery.arena_m, strict=True):
-                low, high = scenery.body_radius_m, length - scenery.body_radius_m
-                if not low <= value <= high:
-                    raise Misfit(
-                        f"start_m: expected {axis} in {low:g}..{high:g} m (inside the arena), got {value:g}",
-                        "task.start_m",
-                    )
+        refusal = robot.refuses_start({"x_m": self.start_m[0], "y_m": self.start_m[1], "heading_rad": 0.0})
+        if refusal:
+            raise Misfit(f"start_m: {refusal}", "task.start_m")

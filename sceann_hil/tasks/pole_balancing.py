@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from sceann_hil.plugins import TaskConfig
+from sceann_hil.plugins import StartVariation, TaskConfig
 from sceann_hil.robot import EndReason, Results
 from sceann_hil.robot.task import Task
 
@@ -57,6 +57,12 @@ class PoleBalancingConfig(TaskConfig):
     """Steps after which the pole counts as balanced."""
     start_angle_deg: Annotated[float, Field(ge=-36.0, le=36.0)] = 1.0
     """Initial angle of the pole."""
+
+    def other_starts(self) -> StartVariation:
+        before = self.start_angle_deg
+        levels = (before, *(angle for angle in (2.0, 4.0, 6.0, 8.0, 12.0) if angle != before))
+        changes = tuple({"start_angle_deg": angle} for angle in levels)
+        return StartVariation("initial angle", "degrees", levels, changes)
 
     def build(self) -> PoleBalancing:
         return PoleBalancing(self.max_steps, self.start_angle_deg)

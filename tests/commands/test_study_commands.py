@@ -111,6 +111,12 @@ def test_the_robust_champion_is_the_one_with_the_best_score(folder: Path) -> Non
     assert set(best["success"]) == {"sensor noise", "sensor offset", "motor gain error", "latency", "initial angle"}
     shown = sceann("champion", "studies/small", "--robust", "--top", 1, cwd=folder).stdout
     assert best["genome"] in shown
+    assert best["robust_fitness"]["low"] <= best["robust_score"] <= best["robust_fitness"]["high"]
+
+
+def test_the_robust_champion_can_be_chosen_by_success(folder: Path) -> None:
+    told = json.loads(sceann("champion", "studies/small", "--robust", "--by", "success", "--json", cwd=folder).stdout)
+    assert [one["robust_score"] for one in told["champions"]] == [one["robust_success"] for one in told["champions"]]
 
 
 def test_the_champion_of_a_run_comes_from_its_journal(folder: Path) -> None:

@@ -12,7 +12,7 @@ from scipy import stats
 from sceann_hil.evolution.selection import best_individuals, pick, tournament
 
 LEAST_P = 1e-4
-"""Seeds are fixed, so a test fails for ever or never; a right distribution fails with this probability."""
+"""Seeds are fixed, so a test fails always or never; a right distribution fails with this probability."""
 
 
 def test_pick_is_uniform_and_stays_in_range() -> None:

@@ -84,7 +84,7 @@ def database() -> Database:
 
 def defaults(op: Op) -> dict[str, int]:
     """Arguments that most tests do not care about."""
-    return {"TickPeriod": 200} if op is Op.ARM else {}
+    return {Op.ARM: {"TickPeriod": 200}, Op.STORE: {"AutorunTickPeriod": 0}}.get(op, {})
 
 
 class RobotClient:
@@ -143,7 +143,7 @@ class RobotClient:
             message = database().get_message_by_frame_id(identifier - self.node + 1)
         except KeyError:
             return None
-        signals: Any = message.decode(data.ljust(8, b"\0"), decode_choices=False, scaling=False)
+        signals: Any = message.decode(data, decode_choices=False, scaling=False)
         return Message(message.name, {key: int(value) for key, value in signals.items()}, data)
 
     def expect(self, name: str, timeout_s: float = REPLY_TIMEOUT_S) -> dict[str, int]:

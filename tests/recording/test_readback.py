@@ -14,8 +14,8 @@ from rerun.chunk import Chunk, RrdReader
 from sceann_hil.journal import JournalReader
 from sceann_hil.network.controller import ONE
 from sceann_hil.recording import Detail, RecordingPaths
-from sceann_hil.recording.arena import AT_TARGET, phases
 from sceann_hil.recording.recorder import Recorder
+from sceann_hil.recording.scene import phases
 from sceann_hil.recording.source import RunSource
 from sceann_hil.recording.trial import RecordedTrial, recording_id
 from sceann_hil.robot import EndReason
@@ -101,7 +101,7 @@ def test_sensors_and_outputs_are_the_wire_values_and_q10_states(task: str, reque
 def test_poses_are_the_states_of_the_body(goal: tuple[RunSource, RecordingPaths]) -> None:
     source, paths = goal
     for trial, recording in pairs(source, paths):
-        (chunk,) = recording["/arena/robot"]
+        (chunk,) = recording["/scene/robot"]
         at = np.stack([row[0] for row in column(chunk, "Transform3D:translation").to_pylist()]).astype(np.float32)
         turn = [row[0]["angle"] for row in column(chunk, "Transform3D:rotation_axis_angle").to_pylist()]
         assert np.array_equal(at[:, :2], trial.trace.state[:, :2])
@@ -156,7 +156,7 @@ def test_properties_say_what_the_journal_says(task: str, request: pytest.Fixture
 def test_a_champion_has_full_detail_and_others_do_not(goal: tuple[RunSource, RecordingPaths]) -> None:
     source, paths = goal
     for trial, recording in pairs(source, paths):
-        full = {"/arena/robot/cones", "/arena/trail", "/network/nodes"}
+        full = {"/scene/robot/fans", "/scene/trail", "/network/nodes"}
         assert full & set(recording) == (full if trial.champion else set())
 
 
@@ -166,11 +166,11 @@ def test_phases_follow_the_sensors_and_end_at_the_target(goal: tuple[RunSource, 
     for trial, recording in pairs(source, paths):
         (chunk,) = recording["/phase"]
         names = [row[0] for row in column(chunk, "StateChange:state").to_pylist()]
-        steps, expected = phases(trial)
+        steps, expected = phases(source.run.drawing, trial)
         assert names == expected
         assert np.array_equal(column(chunk, "step").to_numpy(), steps)
         assert steps[0] == 0
-        assert (names[-1] == AT_TARGET) == (trial.end_reason is EndReason.GOAL)
+        assert (names[-1] == "at the target") == (trial.end_reason is EndReason.GOAL)
         reached += trial.end_reason is EndReason.GOAL
     assert reached, "the fixture should have a trial that reaches the target"
 

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import pytest
 
+from backends.cartpole import CartPole
+from backends.diffdrive import DifferentialDrive
 from sceann_hil.network.coding import NetworkSize
 from sceann_hil.recording.trial import RecordedRun, as_id, recording_id
-from sceann_hil.robot.scenery import ArenaScenery, CartPoleScenery, Scenery
-
-ARENA = ArenaScenery((1.0, 1.0), (0.9, 0.9), 0.1, 0.05, (-0.5235987755982988, 0.0, 0.5235987755982988), 0.2)
-CART = CartPoleScenery(2.4, 0.6, 1.0, 10.0)
+from sceann_hil.robot.drawing import Drawing
 
 
-def run_with(scenery: Scenery | None, size: NetworkSize) -> RecordedRun:
-    return RecordedRun("run", "experiment", "robot", size, 0.1, 100, 1.0, scenery)
+def run_with(drawing: Drawing | None, size: NetworkSize) -> RecordedRun:
+    return RecordedRun("run", "experiment", "robot", size, 0.1, 100, 1.0, (), drawing)
 
 
 def test_recording_id_names_run_generation_individual_and_trial() -> None:
@@ -32,11 +31,15 @@ def test_ids_have_nothing_that_rerun_renames(text: str, expected: str) -> None:
 
 
 def test_arena_sensors_are_called_by_their_directions() -> None:
-    assert run_with(ARENA, NetworkSize(3, 1, 2)).sensor_names == ("-30°", "0°", "+30°")
+    assert run_with(DifferentialDrive(3, sensor_field_deg=90.0).drawing, NetworkSize(3, 1, 2)).sensor_names == (
+        "-30°",
+        "0°",
+        "+30°",
+    )
 
 
 def test_cart_sensors_are_called_by_what_they_measure() -> None:
-    run = run_with(CART, NetworkSize(4, 2, 1))
+    run = run_with(CartPole(4).drawing, NetworkSize(4, 2, 1))
     assert run.sensor_names == ("x", "angle", "speed", "rate")
     assert run.motor_names == ("force",)
 

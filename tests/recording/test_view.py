@@ -10,7 +10,7 @@ import pytest
 
 from sceann_hil.errors import NotARun, RecordingIsDamaged, ViewerUnavailable
 from sceann_hil.recording import RecordingPaths, blueprints, rrd, view
-from sceann_hil.recording.chunks import scenery_chunks, trial_chunks
+from sceann_hil.recording.chunks import shared_chunks, trial_chunks
 from sceann_hil.recording.headless import complaints, explain_failure, headless_viewer, wait_for_views
 from sceann_hil.recording.source import RunSource
 
@@ -114,12 +114,12 @@ def test_any_other_failure_keeps_the_first_line_of_what_the_viewer_said() -> Non
 
 def test_a_robot_that_nothing_is_known_of_shows_its_signals_and_network(run: Path, tmp_path: Path) -> None:
     source = RunSource(run)
-    plain = replace(source.run, scenery=None)
+    plain = replace(source.run, drawing=None)
     trial = source.generation(0).trials[0]
     source.close()
     scenery, recording, screen = (tmp_path / name for name in ("scenery.rrd", "trial.rrd", "trial.rbl"))
     for path, chunks in (
-        (scenery, scenery_chunks(plain)),
+        (scenery, shared_chunks(plain)),
         (recording, trial_chunks(plain, trial, full=True)),
     ):
         rrd.write_recording(path, chunks, application_id=plain.experiment, recording_id=path.stem)

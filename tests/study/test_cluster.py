@@ -17,6 +17,7 @@ from small_study import assert_same_results
 
 from sceann_hil.errors import WorkersLost
 from sceann_hil.study import BlockResult, LocalWorkers, Observer, Study, run_study
+from sceann_hil.study import cluster as cluster_module
 from sceann_hil.study.cluster import ClusterWorkers
 
 Cluster = tuple[str, list[subprocess.Popen[bytes]]]
@@ -75,3 +76,16 @@ def test_a_worker_that_is_killed_in_the_middle_costs_no_run(cluster: Cluster, sm
 def test_no_scheduler_is_said_in_one_sentence() -> None:
     with pytest.raises(WorkersLost, match=r"No Dask scheduler answers at tcp://127.0.0.1:9"):
         ClusterWorkers("tcp://127.0.0.1:9", timeout_s=0.5)
+
+
+@pytest.mark.parametrize("name", ["sceann-hil", "numba", "python", "somebodys-robots"])
+def test_every_version_that_decides_numbers_is_compared(name: str) -> None:
+    ours = cluster_module._versions()
+    assert cluster_module._differences(ours, dict(ours)) == []
+    (difference,) = cluster_module._differences(ours, {**ours, name: "0.0.1"})
+    assert difference.startswith(f"{name} 0.0.1 instead of ")
+
+
+def test_a_worker_without_this_package_is_named() -> None:
+    (difference,) = cluster_module._differences({}, ModuleNotFoundError("No module named 'sceann_hil'"))
+    assert "cannot be imported there" in difference

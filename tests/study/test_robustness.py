@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
+from backends.simulation.engine import SimulatedRobot
 from sceann_hil.config import ExperimentConfig, parse_config
 from sceann_hil.errors import ConfigError
 from sceann_hil.network.coding import Bits
-from sceann_hil.robot import RobotSpec
+from sceann_hil.robot import EndReason, Results, RobotSpec, Trials, TrialVoid
 from sceann_hil.study.landscape import genomes_of
-from sceann_hil.study.robustness import Robustness, disturbances_of, measure
+from sceann_hil.study.robustness import Criterion, Robustness, disturbances_of, measure
 
 POLE = """\
 task: {type: pole_balancing, max_steps: 300}
@@ -98,3 +101,63 @@ def test_a_robot_without_a_reality_gap_is_refused(config: ExperimentConfig) -> N
 
     with pytest.raises(ConfigError, match="bare has none"):
         disturbances_of(config.model_copy(update={"robot": Bare()}))
+
+
+def test_the_fitness_in_disturbed_bodies_is_a_mean_over_the_same_trials(
+    config: ExperimentConfig, genomes: Bits, found: Robustness
+) -> None:
+    expected = np.mean([np.mean(levels[1:], axis=0) for levels in found.fitness], axis=0)
+    np.testing.assert_allclose(found.mean(Criterion.FITNESS), expected)
+    np.testing.assert_array_equal(found.mean(Criterion.SUCCESS), found.score)
+    # fitness of pole balancing is the number of steps, so success is full fitness
+    assert all(np.all((fitness == 300.0) == (success == 1.0)) for fitness, success in zip_levels(found))
+
+
+def zip_levels(found: Robustness) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    return zip(found.fitness, found.success, strict=True)
+
+
+def test_intervals_of_the_mean_fitness_hold_it_about_as_often_as_they_say(
+    config: ExperimentConfig, genomes: Bits
+) -> None:
+    balancing = genomes[:1]
+    truth = float(measure(config.with_changes(seed=99), balancing, repeats=600).mean(Criterion.FITNESS)[0])
+    held = 0
+    for seed in range(60):
+        interval = measure(config.with_changes(seed=seed), balancing, repeats=12).fitness_interval(0)
+        held += interval.low <= truth <= interval.high
+    assert held >= 52
+
+
+def test_differences_between_controllers_have_intervals(found: Robustness) -> None:
+    better = found.fitness_difference(0, 1)
+    assert better.low > 0.0
+    same = found.fitness_difference(0, 0)
+    assert same.estimate == 0.0
+    assert same.contains_zero
+    means = found.mean(Criterion.FITNESS)
+    assert better.estimate == pytest.approx(means[0] - means[1])
+
+
+def test_a_single_repeat_gives_no_interval(config: ExperimentConfig, genomes: Bits) -> None:
+    interval = measure(config, genomes[:2], repeats=1).fitness_interval(0)
+    assert (interval.low, interval.high) == (-np.inf, np.inf)
+
+
+def test_a_robot_with_one_gap_for_life_is_disturbed_anew_in_every_trial(config: ExperimentConfig) -> None:
+    fixed = config.with_changes({"robot.gap": {"drawn": "per_robot", "robot": 3}})
+    assert all(change["robot.gap.drawn"] == "per_trial" for change in disturbances_of(fixed)[0].changes)
+    fixed.with_changes(disturbances_of(fixed)[1].changes[-1])
+
+
+def test_a_void_trial_is_no_failure(config: ExperimentConfig, genomes: Bits, monkeypatch: pytest.MonkeyPatch) -> None:
+    run = SimulatedRobot.run
+
+    def void(robot: SimulatedRobot, trials: Trials) -> Results:
+        results = run(robot, trials)
+        results.end_reasons[:1] = EndReason.LINK_LOST
+        return results
+
+    monkeypatch.setattr(SimulatedRobot, "run", void)
+    with pytest.raises(TrialVoid):
+        measure(config, genomes[:2], repeats=2)

@@ -147,6 +147,7 @@ static void catch_signals(void)
     sigaddset(&set, SIGALRM);          /* blocked when the watchdog's handler started this program anew */
     sigprocmask(SIG_UNBLOCK, &set, NULL);
     signal(SIGPIPE, SIG_IGN);
+    signal(SIGXFSZ, SIG_IGN);          /* a store that takes nothing is an error, not an end */
 }
 
 int main(int argc, char **argv)

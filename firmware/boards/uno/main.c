@@ -151,7 +151,7 @@ static void read_serial_number(uint8_t *bytes)
 #define TICK_MIN ((uint16_t)(3u * SCEANN_FRAME_MAX * 100000UL / BAUD + 22u))
 
 static sceann_port port = { .name = "uno",
-                            .node = 1,
+                            .node = SCEANN_UNO_NODE,
                             .n_sensors = SCEANN_UNO_SENSORS,
                             .n_motors = 2,
                             .capabilities = SCEANN_HAS_BODY | SCEANN_HAS_HIL | SCEANN_HAS_STORE | SCEANN_HAS_AUTORUN |

@@ -7,7 +7,7 @@
 
 #include <avr/io.h>
 
-/* Sensors on A0, A1, ... The battery takes A5 when there are at most five of them. */
+/* Sensors on A0, A1, ..., from right to left. The battery takes A5 when there are at most five of them. */
 #ifndef SCEANN_UNO_SENSORS
 #define SCEANN_UNO_SENSORS 5u
 #endif
@@ -15,12 +15,18 @@
 #error "SCEANN_UNO_SENSORS: an Uno has 1 to 6 analogue inputs"
 #endif
 
+/* The robot's number, until it is given another one (`sceann set-node`). */
+#ifndef SCEANN_UNO_NODE
+#define SCEANN_UNO_NODE 1u
+#endif
+
 /* 0: output 0..1 is stop..full speed forward (the paper). 1: output 0..1 is full speed backward..forward, 0.5 is stop. */
 #ifndef SCEANN_UNO_REVERSE
 #define SCEANN_UNO_REVERSE 0
 #endif
 
-/* Motor 0 is the right wheel, motor 1 the left one; speed by PWM of timer 0, direction high = forward. */
+/* As in the simulation: motor 0 is the left wheel, motor 1 the right one, and sensors are counted from right to left. Speed
+ * by PWM of timer 0, direction high = forward. */
 #define MOTOR_PORT PORTD
 #define MOTOR_DDR DDRD
 #define RIGHT_PWM _BV(PD5)             /* OC0B */

@@ -264,8 +264,9 @@ def boot_loader() -> bytes:
     code = bytearray(b"\xff" * 512)
     for line in BOOT_LOADER.read_text().split():
         count, address, kind = int(line[1:3], 16), int(line[3:7], 16), int(line[7:9], 16)
-        if kind == 0:
-            at = address - BOOT_LOADER_PC
+        at = address - BOOT_LOADER_PC
+        # Debian's build is 20 bytes too long: behind its end a chip goes on at 0, where it was to go
+        if kind == 0 and at + count <= len(code):
             code[at : at + count] = bytes.fromhex(line[9 : 9 + 2 * count])
     return bytes(code)
 
@@ -326,11 +327,11 @@ class UnoBoard(AvrChip):
 
     @property
     def motors(self) -> tuple[int, int]:
-        """PWM duty of the right and the left motor as the driver sees it, -255..255; (0, 0) is the safe output."""
+        """PWM duty of motor 0 (left) and 1 (right) as the driver sees it, -255..255; (0, 0) is the safe output."""
         control, duty_a, duty_b, port = (self.peek(register, 1)[0] for register in (_TCCR0A, _OCR0A, _OCR0B, _PORTD))
         right = duty_b if control & _CONNECTED_B else 0
         left = duty_a if control & _CONNECTED_A else 0
         return (
-            right if port & _RIGHT_FORWARD else -right,
             left if port & _LEFT_FORWARD else -left,
+            right if port & _RIGHT_FORWARD else -right,
         )

@@ -133,6 +133,16 @@ uint64_t chip_marked_max(const chip *c)
     return c->marked_max;
 }
 
+/* What is outside stays at the pins in a reset, whatever caused it; the simulator would forget it. */
+static void keep_pins(avr_t *avr)
+{
+    static const uint16_t registers[] = { 0, 0x23, 0x26, 0x29 };       /* PINB, PINC, PIND */
+    const chip *c = avr->custom.data;
+    for (unsigned k = 1; k < 4u; k++) {
+        avr->data[registers[k]] = (uint8_t)(c->external[k].value & c->external[k].mask);
+    }
+}
+
 /* ---- life -------------------------------------------------------------------------------------------------------- */
 
 /* `image` is an ELF file, or a binary one that is put at reset_pc (a boot loader). */
@@ -171,6 +181,8 @@ chip *chip_new(const char *image, int is_binary, const char *mcu, uint32_t hz, u
     avr->data[0x54] = reset_flags;     /* MCUSR */
     avr->sleep = no_sleep;
     c->avr = avr;
+    avr->custom.data = c;
+    avr->reset = keep_pins;
     uint32_t flags = 0;
     avr_ioctl(avr, AVR_IOCTL_UART_GET_FLAGS('0'), &flags);
     flags &= ~(uint32_t)(AVR_UART_FLAG_STDIO | AVR_UART_FLAG_POLL_SLEEP);

@@ -8,17 +8,16 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patches import Circle, Rectangle
 from numpy.typing import NDArray
 
 from sceann_hil.config import ExperimentConfig
 from sceann_hil.network.coding import Bits
 from sceann_hil.robot import EndReason, Results
-from sceann_hil.robot.scenery import ArenaScenery
 from sceann_hil.run.batch import BatchEvaluator
 from sceann_hil.seeds import Purpose, keys
 from sceann_hil.study.report.cells import Cell
-from sceann_hil.study.style import BLUE, DARK, GREEN, GREY, LIGHT, ORANGE, RED, drawing, plain, save
+from sceann_hil.study.report.scene import draw_part, draw_surroundings
+from sceann_hil.study.style import BLUE, DARK, GREEN, GREY, LIGHT, RED, drawing, plain, save
 
 
 @dataclass(frozen=True)
@@ -79,40 +78,30 @@ def straightness(path: NDArray[np.float32], top_speed_step_m: float) -> float:
 
 def draw_fig7(champion: Champion, shown: int, path: Path) -> None:
     """Trajectories in the arena, the trial number `shown` on top."""
-    scenery = champion.config.robot.build().scenery
-    if not isinstance(scenery, ArenaScenery):
-        raise ValueError(f"robot: expected one in an arena, got {champion.config.robot.type}")
-    traces = champion.results.traces or ()
-    width, height = scenery.arena_m
+    robot = champion.config.robot.build()
+    scene = robot.drawing
+    if scene is None or not scene.from_above:
+        raise ValueError(f"robot: expected one that is drawn from above, got {champion.config.robot.type}")
+    left, right, bottom, top = scene.bounds_m
     with drawing(11.5, 10.5) as figure:
         axes = figure.subplots()
         plain(axes)
-        axes.add_patch(Rectangle((0, 0), width, height, fill=False, edgecolor=DARK, linewidth=1.6))
-        axes.add_patch(Circle(scenery.target_m, scenery.target_radius_m, facecolor="#fee0b6", edgecolor=ORANGE))
-        axes.text(*scenery.target_m, "goal", ha="center", va="center", fontsize=8)
-        for number, trace in enumerate(traces):
+        draw_surroundings(axes, scene)
+        for number, trace in enumerate(champion.results.traces or ()):
             x, y = trace.state[:, 0], trace.state[:, 1]
             if number == shown:
                 axes.plot(x, y, color=BLUE, linewidth=1.8, zorder=3, label=f"trial {number + 1}")
                 for step in range(0, len(x), 5):
-                    _robot(axes, trace.state[step], scenery.body_radius_m, 0.9 if step == 0 else 0.45)
+                    state = dict(zip(robot.spec.state_fields, trace.state[step].tolist(), strict=True))
+                    draw_part(axes, scene.parts[0], state, 0.9 if step == 0 else 0.45)
             else:
                 label = "the other initial headings" if number == (shown == 0) else None
                 axes.plot(x, y, color=GREY, linewidth=0.9, alpha=0.8, zorder=2, label=label)
-        axes.set_xlim(-0.02 * width, 1.02 * width)
-        axes.set_ylim(-0.02 * height, 1.02 * height)
-        axes.set_aspect("equal")
-        axes.plot([0.06, 0.16], [height - 0.04] * 2, color=DARK, linewidth=1.4)
-        axes.text(0.11, height - 0.05, "0.1 m", ha="center", va="top", fontsize=8)
+        bar = left + 0.1 * (right - left)
+        axes.plot([bar, bar + 0.1], [top - 0.08 * (top - bottom)] * 2, color=DARK, linewidth=1.4)
+        axes.text(bar + 0.05, top - 0.09 * (top - bottom), "0.1 m", ha="center", va="top", fontsize=8)
         figure.legend(loc="outside lower center", ncols=2)
         save(figure, path)
-
-
-def _robot(axes: Axes, state: NDArray[np.float32], radius: float, alpha: float) -> None:
-    x, y, heading = (float(value) for value in state)
-    axes.add_patch(Circle((x, y), radius, facecolor="#d1e5f0", edgecolor=BLUE, alpha=alpha, linewidth=0.8, zorder=1))
-    nose = (x + radius * np.cos(heading), y + radius * np.sin(heading))
-    axes.plot([x, nose[0]], [y, nose[1]], color=BLUE, alpha=alpha, linewidth=0.9, zorder=1)
 
 
 def draw_fig11(champion: Champion, path: Path) -> None:

@@ -164,7 +164,7 @@ def robustness_section(page: Page, tables: StudyData | None, fig6: StudyData | N
     page.text(
         "Champions that succeeded in the ideal body were run again in bodies that differ from it. Solid: mean of the "
         "champions of a network; dashed: the one with the best mean over all disturbances, which "
-        "`sceann champion DIR --robust` picks."
+        "`sceann champion DIR --robust --by success` picks."
     )
     if tables is not None:
         groups = _pole_groups(tables.by_key)

@@ -4,18 +4,33 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, field
 
 from sceann_hil.supervision.operators.desk import Desk
-from sceann_hil.supervision.operators.keys import KEY_NAMES, KEYS, KeySource
+from sceann_hil.supervision.operators.draft import Draft
+from sceann_hil.supervision.operators.keymap import STOP_KEYS, KeyMap
+from sceann_hil.supervision.operators.keys import Hit, KeySource
 from sceann_hil.supervision.operators.messages import View
 from sceann_hil.supervision.operators.operator import Operator
 from sceann_hil.supervision.operators.verbs import Phase, Verb
 
 QUIET_S = 0.25
 """Keys hit sooner after a question was shown were not meant for it: they are dropped."""
+LOOK_S = 0.05
 _AT_ONCE = frozenset({Verb.STOP, Verb.PAUSE_NOW, Verb.EMERGENCY_STOP})
 """Never dropped: stopping too often is better than once too late."""
 _SHOWN = (Phase.BEFORE, Phase.AFTER, Phase.PAUSED, Phase.SUSPENDED, Phase.RUNNING)
+_HELP = "?"
+
+
+@dataclass
+class _Asked:
+    """Words that are being typed, and what they are for."""
+
+    verb: Verb
+    question: int | None
+    draft: Draft = field(default_factory=Draft)
 
 
 class Console(Operator):
@@ -24,15 +39,31 @@ class Console(Operator):
     Args:
         desk: where to press.
         keys: where keys come from; closed at the end.
-        show: prints a line.
+        show: prints a line. Where nobody reads any more, the run goes on without.
+        keymap: what the keys say.
+        help_text: shown with the keys when somebody asks for help, such as the panel's link.
     """
 
     name = "console"
 
-    def __init__(self, desk: Desk, keys: KeySource, show: Callable[[str], object]) -> None:
+    def __init__(
+        self,
+        desk: Desk,
+        keys: KeySource,
+        show: Callable[[str], object],
+        keymap: KeyMap | None = None,
+        help_text: Callable[[], str] = str,
+    ) -> None:
         super().__init__(desk)
         self._keys = keys
-        self._show = show
+        self._print = show
+        self._keymap = keymap or KeyMap()
+        self._help_text = help_text
+        self._asked: _Asked | None = None
+
+    def _show(self, text: str) -> None:
+        with suppress(OSError, ValueError):
+            self._print(text)
 
     def _serve(self) -> None:
         try:
@@ -40,6 +71,8 @@ class Console(Operator):
         except EOFError:
             self._show("End of input: the run ends in good order.")
             self.end_safely("end of input at the console")
+        finally:
+            self.desk.typing = ""
 
     def stop(self) -> None:
         super().stop()
@@ -55,52 +88,74 @@ class Console(Operator):
             if (view.phase, view.question, view.reason) != shown:
                 asks = view.phase in (Phase.BEFORE, Phase.AFTER)
                 shown = (view.phase, view.question, view.reason)
-                if asks:
+                if asks and self._asked is None:
                     self._keys.drop()
                 if view.phase in _SHOWN:
-                    self._show(describe(view))
+                    self._show(self._describe(view))
                 shown_s = time.monotonic()
-            hit = self._keys.read(0.05)
+            hit = self._keys.read(LOOK_S)
             if hit is not None:
                 self.desk.seen()
-                self._take(hit[0], hit[1], view, quiet=time.monotonic() - shown_s < QUIET_S)
+                if self._asked is not None and hit.key not in STOP_KEYS:
+                    self._write(self._asked, hit)
+                else:
+                    self._take(hit, view, quiet=time.monotonic() - shown_s < QUIET_S)
 
-    def _take(self, key: str, words: str, view: View, *, quiet: bool) -> None:
-        verb = KEYS.get(key)
+    def _take(self, hit: Hit, view: View, *, quiet: bool) -> None:
+        verb = self._keymap.verb(hit.key, view.accepts)
+        if hit.key == _HELP and verb is None:
+            self._show("\n".join(filter(None, (self._describe(view), self._help_text()))))
+            return
         if verb is None:
-            if key.strip():
-                self._show(f"{key!r} means nothing here. {choices(view)}")
+            if hit.key.strip():
+                self._show(f"{hit.key!r} means nothing here. {self._choices(view)}")
             return
         if quiet and verb not in _AT_ONCE:
             return
-        if verb.wants_text and verb in view.accepts and not words:
-            self._show(
-                "Why? (Enter ends, Esc gives up)" if verb is Verb.DISCARD else "Note (Enter ends, Esc gives up):"
-            )
-            words = self._keys.words() or ""
         question = view.question if verb.is_answer else None
+        if verb.wants_text and verb in view.accepts and not hit.words:
+            self._asked = _Asked(verb, question)
+            if hit.line is not None:
+                self._show("Why? (a line)" if verb is Verb.DISCARD else "Note (a line):")
+            self._show_draft(self._asked)
+            return
+        self._say(verb, question, hit.words)
+
+    def _write(self, asked: _Asked, hit: Hit) -> None:
+        """One more key of the words."""
+        asked.draft.take(hit)
+        if not asked.draft.done:
+            self._show_draft(asked)
+            return
+        self._asked = None
+        self.desk.typing = ""
+        self._say(asked.verb, asked.question, "" if asked.draft.given_up else asked.draft.text)
+
+    def _show_draft(self, asked: _Asked) -> None:
+        what = "Why" if asked.verb is Verb.DISCARD else "Note"
+        self.desk.typing = f"{what} (Enter ends, Esc gives up): {asked.draft.text}"
+
+    def _say(self, verb: Verb, question: int | None, words: str) -> None:
         receipt = self.desk.press(verb, by=self.name, question=question, text=words)
-        self._show(receipt.message if receipt.accepted else f"{receipt.message}. {choices(self.desk.view())}")
+        self._show(receipt.message if receipt.accepted else f"{receipt.message}. {self._choices(self.desk.view())}")
 
+    def _choices(self, view: View) -> str:
+        """The keys that mean something now."""
+        verbs = [verb for verb in Verb if verb in view.accepts]
+        return "  ".join([*(f"[{self._keymap.name(verb)}] {verb.words}" for verb in verbs), "[?] help"])
 
-def choices(view: View) -> str:
-    """The keys that mean something now."""
-    verbs = [verb for verb in Verb if verb in view.accepts]
-    return "  ".join(f"[{KEY_NAMES[verb]}] {verb.words}" for verb in verbs)
-
-
-def describe(view: View) -> str:
-    """The view as text."""
-    situation = view.situation
-    lines = []
-    if view.phase in (Phase.PAUSED, Phase.SUSPENDED):
-        lines.append(f"Paused: {view.reason}.")
-    elif situation is not None and view.phase is Phase.BEFORE:
-        lines += [f"Next: {situation.title}.", situation.instruction]
-    elif situation is not None and view.phase is Phase.AFTER:
-        lines.append(f"Ended: {situation.title}: {situation.outcome}.")
-    elif situation is not None and view.phase is Phase.RUNNING:
-        lines.append(f"Running: {situation.title}.")
-    lines += [f"! {warning}" for warning in view.status.warnings]
-    lines.append(choices(view))
-    return "\n".join(lines)
+    def _describe(self, view: View) -> str:
+        """The view as text."""
+        situation = view.situation
+        lines = []
+        if view.phase in (Phase.PAUSED, Phase.SUSPENDED):
+            lines.append(f"Paused: {view.reason}.")
+        elif situation is not None and view.phase is Phase.BEFORE:
+            lines += [f"Next: {situation.title}.", situation.instruction]
+        elif situation is not None and view.phase is Phase.AFTER:
+            lines.append(f"Ended: {situation.title}: {situation.outcome}.")
+        elif situation is not None and view.phase is Phase.RUNNING:
+            lines.append(f"Running: {situation.title}.")
+        lines += [f"! {warning}" for warning in view.status.warnings]
+        lines.append(self._choices(view))
+        return "\n".join(lines)

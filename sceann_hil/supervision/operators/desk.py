@@ -50,7 +50,7 @@ class Flight:
         """Who or what ended it."""
         if self.ended_by is None:
             return self.cut_off
-        return f"{self.ended_by.value.replace('_', ' ')} by an operator"
+        return f"{self.ended_by.words} by an operator"
 
     @property
     def void_reason(self) -> EndReason | None:
@@ -68,6 +68,10 @@ class Desk:
         asks: whether anybody is there to be asked before and after trials.
         on_emergency: called at once, in the presser's thread, when somebody presses the emergency stop between trials.
         stop: what somebody outside wants, asked while the run waits here; it ends the waiting with `Stopped`.
+
+    Attributes:
+        typing: words that are being typed at the console, for whoever draws there: on a terminal a line belongs to
+            one of them only.
     """
 
     def __init__(
@@ -78,6 +82,7 @@ class Desk:
         stop: Callable[[], StopRequest] = nobody,
     ) -> None:
         self.asks = asks
+        self.typing = ""
         self._on_emergency = on_emergency
         self._stop = stop
         self._changed = threading.Condition()

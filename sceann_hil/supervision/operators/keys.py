@@ -2,49 +2,58 @@
 
 from __future__ import annotations
 
+import codecs
 import os
+import re
 import select
 import sys
 import termios
+import time
 import tty
+from contextlib import suppress
+from dataclasses import dataclass
 from typing import Protocol
 
-from sceann_hil.supervision.operators.verbs import Verb
+from sceann_hil.supervision.operators.keymap import BACKSPACE, DELETE_LINE, ENTER, ESCAPE, KEYS
 
-KEYS: dict[str, Verb] = {
-    "r": Verb.READY,
-    "s": Verb.SKIP,
-    "q": Verb.ABORT,
-    " ": Verb.STOP,
-    "g": Verb.GOAL,
-    "a": Verb.ACCEPT,
-    "d": Verb.REDO,
-    "x": Verb.DISCARD,
-    "n": Verb.NOTE,
-    "p": Verb.PAUSE_AFTER,
-    "h": Verb.PAUSE_NOW,
-    "c": Verb.RESUME,
-    "f": Verb.FINISH,
-    "!": Verb.EMERGENCY_STOP,
-    "b": Verb.BATTERY_SWAPPED,
+_CONTROL = {"\r": ENTER, "\n": ENTER, "\x7f": BACKSPACE, "\b": BACKSPACE, "\x15": DELETE_LINE}
+_FUNCTIONS = [f"F{number}" for number in range(1, 13)]
+_SEQUENCES = {
+    **dict(zip((f"[{code}~" for code in (11, 12, 13, 14, 15, 17, 18, 19, 20, 21, 23, 24)), _FUNCTIONS, strict=True)),
+    **dict(zip(("OP", "OQ", "OR", "OS"), _FUNCTIONS, strict=False)),
+    **dict(zip(("[[A", "[[B", "[[C", "[[D", "[[E"), _FUNCTIONS, strict=False)),
+    **{"[A": "ArrowUp", "[B": "ArrowDown", "[C": "ArrowRight", "[D": "ArrowLeft"},
+    **{"OA": "ArrowUp", "OB": "ArrowDown", "OC": "ArrowRight", "OD": "ArrowLeft"},
+    **{"[5~": "PageUp", "[6~": "PageDown", "[2~": "Insert", "[3~": "Delete"},
+    **{"[H": "Home", "[F": "End", "OH": "Home", "OF": "End", "[1~": "Home", "[4~": "End"},
 }
-"""A key of its own for every verb, so that a key that was meant for another question is never an answer to this one."""
+"""What terminals send for keys without a character."""
+_SEQUENCE = re.compile(r"\[\[.|\[[0-?]*[ -/]*[@-Z\\-~]|O.")
+_END_OF_INPUT = "\x04"
+_SEQUENCE_S = 0.05
+"""A key's sequence arrives at once; an Escape that nothing follows is the key."""
 
-KEY_NAMES = {verb: "space" if key == " " else key for key, verb in KEYS.items()}
+
+@dataclass(frozen=True, slots=True)
+class Hit:
+    """What somebody hit.
+
+    Attributes:
+        key: a character, or the name of a key.
+        words: what came with it in the same line; empty for single keys.
+        line: the whole line, where lines are all that there is; None for single keys.
+    """
+
+    key: str
+    words: str = ""
+    line: str | None = None
 
 
 class KeySource(Protocol):
     """Where keys come from."""
 
-    def read(self, timeout_s: float) -> tuple[str, str] | None:
-        """A key and the words that came with it in the same line; None after `timeout_s`.
-
-        Raises:
-            EOFError: there will be none any more.
-        """
-
-    def words(self) -> str | None:
-        """A line of words; None if it was given up.
+    def read(self, timeout_s: float) -> Hit | None:
+        """The next one; None after `timeout_s`.
 
         Raises:
             EOFError: there will be none any more.
@@ -58,7 +67,7 @@ class KeySource(Protocol):
 
 
 class TerminalKeys:
-    """Keys as they are hit, without Enter; also over ssh.
+    """Keys as they are hit, without Enter; also over ssh. Characters are UTF-8, however their bytes arrive.
 
     Raises:
         OSError, termios.error: standard input is no terminal.
@@ -68,46 +77,55 @@ class TerminalKeys:
         self._fd = sys.stdin.fileno() if descriptor is None else descriptor
         self._before = termios.tcgetattr(self._fd)
         tty.setcbreak(self._fd, termios.TCSANOW)
+        self._decoder = codecs.getincrementaldecoder("utf-8")("replace")
+        self._typed = ""
 
-    def read(self, timeout_s: float) -> tuple[str, str] | None:
-        ready, _, _ = select.select([self._fd], [], [], timeout_s)
-        if not ready:
-            return None
-        byte = self._byte()
-        return (byte, "") if byte != "\x04" else self._end()
-
-    def words(self) -> str | None:
-        typed = ""
-        while True:
-            byte = self._byte()
-            if byte in "\r\n":
-                return typed
-            if byte == "\x1b":
+    def read(self, timeout_s: float) -> Hit | None:
+        until_s = time.monotonic() + timeout_s
+        while not self._typed:
+            if not self._fill(max(0.0, until_s - time.monotonic())):
                 return None
-            if byte == "\x04":
-                self._end()
-            typed = typed[:-1] if byte in "\x7f\b" else typed + byte
-            echo = "\b \b" if byte in "\x7f\b" else byte
-            os.write(self._fd, echo.encode())
+        character, self._typed = self._typed[0], self._typed[1:]
+        if character == _END_OF_INPUT:
+            raise EOFError
+        if character == "\x1b":
+            return self._sequence()
+        return Hit(_CONTROL.get(character, "Tab" if character == "\t" else character))
 
-    def _byte(self) -> str:
+    def _sequence(self) -> Hit | None:
+        """The key whose sequence has begun; None for one that has no name."""
+        while True:
+            if whole := _SEQUENCE.match(self._typed):
+                self._typed = self._typed[whole.end() :]
+                name = _SEQUENCES.get(whole.group())
+                return Hit(name) if name else None
+            if self._typed[:1] not in ("", "[", "O") or not self._fill(_SEQUENCE_S):
+                return Hit(ESCAPE)
+
+    def _fill(self, timeout_s: float) -> bool:
+        """Whether bytes came; they may be a part of a character only."""
+        if not select.select([self._fd], [], [], timeout_s)[0]:
+            return False
         try:
-            byte = os.read(self._fd, 1)
+            chunk = os.read(self._fd, 1024)
         except OSError as error:
             raise EOFError from error
-        if not byte:
+        if not chunk:
             raise EOFError
-        return byte.decode(errors="replace")
-
-    @staticmethod
-    def _end() -> tuple[str, str]:
-        raise EOFError
+        self._typed += self._decoder.decode(chunk)
+        return True
 
     def drop(self) -> None:
-        termios.tcflush(self._fd, termios.TCIFLUSH)
+        # a terminal that is gone is noticed by the next read
+        with suppress(OSError, termios.error):
+            termios.tcflush(self._fd, termios.TCIFLUSH)
+        self._typed = ""
+        self._decoder.reset()
 
     def close(self) -> None:
-        termios.tcsetattr(self._fd, termios.TCSANOW, self._before)
+        # the terminal may be gone
+        with suppress(OSError, termios.error):
+            termios.tcsetattr(self._fd, termios.TCSANOW, self._before)
 
 
 class Lines:
@@ -117,46 +135,60 @@ class Lines:
         self._fd = sys.stdin.fileno() if descriptor is None else descriptor
         self._buffer = b""
 
-    def read(self, timeout_s: float) -> tuple[str, str] | None:
-        line = self._line(timeout_s)
-        if line is None:
-            return None
-        first, _, rest = line.strip().partition(" ")
-        named = {verb.value: key for key, verb in KEYS.items()} | {"space": " "}
-        return named.get(first, first), rest.strip()
-
-    def words(self) -> str | None:
-        while (line := self._line(1.0)) is None:
-            pass
-        return line.strip() or None
-
-    def _line(self, timeout_s: float) -> str | None:
+    def read(self, timeout_s: float) -> Hit | None:
         if b"\n" not in self._buffer:
-            ready, _, _ = select.select([self._fd], [], [], timeout_s)
-            if not ready:
+            if not select.select([self._fd], [], [], timeout_s)[0]:
                 return None
-            chunk = os.read(self._fd, 4096)
+            try:
+                chunk = os.read(self._fd, 4096)
+            except OSError as error:
+                raise EOFError from error
             if not chunk:
                 raise EOFError
             self._buffer += chunk
         if b"\n" not in self._buffer:
             return None
-        line, _, self._buffer = self._buffer.partition(b"\n")
-        return line.decode(errors="replace")
+        raw, _, self._buffer = self._buffer.partition(b"\n")
+        line = raw.decode(errors="replace").strip()
+        first, _, rest = line.partition(" ")
+        named = {verb.value: key for key, verb in KEYS.items()} | {"space": " "}
+        return Hit(named.get(first, first), rest.strip(), line)
 
     def drop(self) -> None:
         self._buffer = b""
         while select.select([self._fd], [], [], 0)[0]:
-            if not os.read(self._fd, 4096):
-                raise EOFError
+            try:
+                if not os.read(self._fd, 4096):
+                    raise EOFError
+            except OSError as error:
+                raise EOFError from error
+
+    def close(self) -> None:
+        """There is nothing to put back."""
+
+
+class NoKeys:
+    """There is no standard input at all: its end is there from the beginning."""
+
+    def read(self, timeout_s: float) -> Hit | None:
+        raise EOFError
+
+    def drop(self) -> None:
+        """There is nothing to forget."""
 
     def close(self) -> None:
         """There is nothing to put back."""
 
 
 def open_keys() -> KeySource:
-    """Single keys if standard input is a terminal that can give them, else lines."""
+    """Single keys if standard input is a terminal that can give them, lines if it is something else."""
     try:
-        return TerminalKeys()
-    except (OSError, termios.error, ValueError):
-        return Lines()
+        # Python sets it to None when the program was started with a closed one
+        descriptor = sys.stdin.fileno() if sys.stdin is not None else -1
+        os.fstat(descriptor)
+    except (OSError, ValueError):
+        return NoKeys()
+    try:
+        return TerminalKeys(descriptor)
+    except (OSError, termios.error):
+        return Lines(descriptor)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+import sys
 from collections.abc import Callable
+from contextlib import suppress
 
 from sceann_hil.supervision.operators.desk import Desk
 from sceann_hil.supervision.operators.messages import View
@@ -13,6 +15,14 @@ from sceann_hil.supervision.operators.settings import Prompt
 from sceann_hil.supervision.operators.verbs import Phase
 
 SPEECH_PROGRAMS = ("spd-say", "espeak-ng", "espeak", "say")
+
+
+def ring() -> None:
+    """Ring the bell of the terminal that errors go to; printing libraries take it for rubbish."""
+    if sys.stderr is not None and sys.stderr.isatty():
+        with suppress(OSError):
+            sys.stderr.write("\a")
+            sys.stderr.flush()
 
 
 class Prompter(Operator):

@@ -8,7 +8,9 @@ from typing import Annotated
 from pydantic import Field, field_validator
 
 from sceann_hil.plugins import Section
+from sceann_hil.supervision.operators.keymap import checked_key
 from sceann_hil.supervision.operators.script import Step
+from sceann_hil.supervision.operators.verbs import Verb
 
 
 class Who(StrEnum):
@@ -43,6 +45,9 @@ class OperatorConfig(Section):
     """Port of the web panel; 0 for any that is free."""
     script: tuple[str, ...] = ()
     """What the script says, one line each: [PHASE:] VERB [after SECONDS s] [WORDS]."""
+    keys: dict[str, tuple[Verb, ...]] = Field(default_factory=dict)
+    """Keys of your own (a foot pedal, a presenter) besides the built-in ones, each with what it says; of several the
+    first that is possible: {PageDown: [ready, stop, accept, resume]}."""
     repeat_script: bool = False
     """Start the script again after its last line."""
 
@@ -53,6 +58,15 @@ class OperatorConfig(Section):
             got = ", ".join(who) or "nobody"
             raise ValueError(f"expected none, or each of console, web and script at most once, got {got}")
         return who
+
+    @field_validator("keys")
+    @classmethod
+    def _keys_are_keys(cls, keys: dict[str, tuple[Verb, ...]]) -> dict[str, tuple[Verb, ...]]:
+        for key, verbs in keys.items():
+            checked_key(key)
+            if not verbs:
+                raise ValueError(f"{key}: expected what it says, such as [ready, stop, accept]")
+        return keys
 
     @field_validator("script")
     @classmethod

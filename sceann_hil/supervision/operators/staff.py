@@ -1,15 +1,17 @@
-"""Everybody whom a configuration puts beside the robot, at one desk."""
+"""The operators that a configuration names, at one desk."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from functools import partial
 
 from sceann_hil.robot import Robot
 from sceann_hil.supervision.operators.console import Console
 from sceann_hil.supervision.operators.desk import Desk
+from sceann_hil.supervision.operators.keymap import KeyMap
 from sceann_hil.supervision.operators.keys import open_keys
-from sceann_hil.supervision.operators.prompter import Prompter
+from sceann_hil.supervision.operators.prompter import Prompter, ring
 from sceann_hil.supervision.operators.script import Script
 from sceann_hil.supervision.operators.settings import OperatorConfig, Prompt, Who
 from sceann_hil.supervision.stopping import StopRequest, nobody
@@ -32,20 +34,23 @@ def beside(
     """
     who = settings.resolved(attended=robot.spec.attended)
     desk = Desk(asks=bool(who), on_emergency=robot.make_safe, stop=stop)
+    keymap = KeyMap(settings.keys)
+    help_text: Callable[[], str] = str
     with ExitStack() as present:
         if Who.WEB in who:
             # the page needs a server and a QR encoder, which most runs do not
-            from sceann_hil.supervision.operators.web import WebPanel, announce
+            from sceann_hil.supervision.operators.web import WebPanel, described
 
-            panel = WebPanel(desk, settings.host, settings.port, robot.scenery, settings.prompt)
+            panel = WebPanel(desk, settings.host, settings.port, robot.drawing, settings.prompt, keymap)
             present.enter_context(panel)
-            announce(panel, show)
+            help_text = partial(described, panel)
+            show(help_text())
         if Who.SCRIPT in who:
             present.enter_context(Script(desk, settings.steps, repeat=settings.repeat_script))
         if Who.CONSOLE in who:
-            present.enter_context(Console(desk, open_keys(), show))
+            present.enter_context(Console(desk, open_keys(), show, keymap, help_text))
         if settings.prompt is not Prompt.NONE and who:
-            present.enter_context(Prompter(desk, settings.prompt, lambda: show("\a")))
+            present.enter_context(Prompter(desk, settings.prompt, ring))
         try:
             yield desk
         finally:

@@ -222,7 +222,7 @@ def world(**keys: object) -> dict[str, object]:
         (world(line={"points_m": ((0.1, 0.1), (0.1, 0.1))}), "world.line: expected different corners"),
         (world(shades=((0.0, 1.0), (0.0,))), "world.shades: expected at least 2 rows of one length"),
         (world(infrared=({"direction_deg": 0.0, "response": ((0.2, 0.5),)},)), "response: expected distances"),
-        ({**world(), "n_sensors": 7}, "n_sensors: expected nothing here beside world"),
+        ({**world(), "n_sensors": 5}, "n_sensors: expected nothing here beside world"),
     ],
 )
 def test_a_world_that_cannot_be_is_refused(section: dict[str, object], message: str) -> None:

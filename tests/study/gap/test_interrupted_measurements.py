@@ -101,7 +101,7 @@ def test_a_fault_ends_it_and_the_same_command_goes_on(repeat: Any, run: Path, mo
     error = repeat().exception
     assert isinstance(error, RobotIsFaulty)
     assert "the same command again" in error.hint
-    # begun and never ended: the robot is asked what became of it
+    # begun and never ended: the robot is asked how it ended
     assert [row.end_reason is None for row in measured(run)] == [False, True]
     assert repeat().exit_code == 0
     assert sum(row.fitness is not None for row in measured(run)) == N

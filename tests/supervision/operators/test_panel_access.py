@@ -13,7 +13,7 @@ import pytest
 
 from sceann_hil.errors import PanelUnavailable
 from sceann_hil.supervision.operators import Desk, Verb
-from sceann_hil.supervision.operators.web import WebPanel, announce
+from sceann_hil.supervision.operators.web import WebPanel, described
 from tests.supervision.operators.stations import cookie_of, post
 
 PATHS = ["/", "/panel.js", "/panel.css", "/events", "/pose.svg", "/alive", "/nowhere"]
@@ -191,15 +191,20 @@ def test_half_a_character_in_a_note_is_mended(panel: WebPanel, text: str) -> Non
 
 
 def test_the_link_is_printed_with_a_qr_code_where_a_phone_needs_it(local: WebPanel, open_to_all: WebPanel) -> None:
-    out = io.StringIO()
-    announce(open_to_all, lambda text: out.write(text + "\n"), lines=24)
-    assert open_to_all.url in out.getvalue()
-    assert "\u2588" in out.getvalue()
-    assert out.getvalue().count("\n") <= 18, "the question and the keys must fit below it on 24 lines"
-    assert max(map(len, out.getvalue().splitlines())) <= 80
-    out = io.StringIO()
-    announce(local, lambda text: out.write(text + "\n"))
-    assert out.getvalue() == f"Operator panel: {local.url}\n"
+    shown = described(open_to_all, lines=24)
+    assert open_to_all.url in shown
+    assert "\u2588" in shown
+    assert shown.count("\n") < 18, "the question and the keys must fit below it on 24 lines"
+    assert max(map(len, shown.splitlines())) <= 80
+    assert "make the terminal higher" in described(open_to_all, lines=20)
+    assert described(local) == f"Operator panel: {local.url}"
+
+
+def test_a_terminal_that_cannot_draw_a_qr_code_gets_the_link(
+    open_to_all: WebPanel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.stderr", io.TextIOWrapper(io.BytesIO(), encoding="latin-1"))
+    assert described(open_to_all, lines=60) == f"Operator panel: {open_to_all.url}"
 
 
 def test_a_port_in_use_is_told_before_anything_moves() -> None:

@@ -6,18 +6,18 @@ import json
 import math
 from typing import Any
 
-from sceann_hil.supervision.operators.keys import KEY_NAMES
+from sceann_hil.supervision.operators.keymap import KeyMap
 from sceann_hil.supervision.operators.messages import View
 from sceann_hil.supervision.operators.settings import Prompt
 from sceann_hil.supervision.operators.verbs import Phase, Verb
 
 
-def as_json(view: View, prompt: Prompt) -> str:
+def as_json(view: View, prompt: Prompt, keymap: KeyMap) -> str:
     """The document, in ASCII and without the numbers that JSON does not have."""
-    return json.dumps(_finite(_document(view, prompt)), allow_nan=False)
+    return json.dumps(_finite(_document(view, prompt, keymap)), allow_nan=False)
 
 
-def _document(view: View, prompt: Prompt) -> dict[str, Any]:
+def _document(view: View, prompt: Prompt, keymap: KeyMap) -> dict[str, Any]:
     status, situation = view.status, view.situation
     return {
         "version": view.version,
@@ -52,11 +52,12 @@ def _document(view: View, prompt: Prompt) -> dict[str, Any]:
             for f in view.history
         ],
         "prompt": prompt.value,
+        "keys": keymap.as_document(),
         "verbs": {
             verb.value: {
                 "label": verb.words,
                 "means": verb.means,
-                "key": KEY_NAMES[verb],
+                "key": keymap.name(verb),
                 "answers": verb.is_answer,
                 "wants_text": verb.wants_text,
             }

@@ -15,7 +15,6 @@ needs, or the person with the phone their STOP. So nothing is read from a connec
 from __future__ import annotations
 
 import asyncio
-import resource
 import selectors
 import socket
 import time
@@ -44,6 +43,10 @@ Guest = TypeVar("Guest")
 
 def share_of_files(most: int) -> int:
     """So many, but never so many that the run lacks files where a process may open few."""
+    try:
+        import resource
+    except ImportError:  # Windows, which counts otherwise
+        return most
     files, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
     return most if files == resource.RLIM_INFINITY else max(8, min(most, files * 3 // 8))
 

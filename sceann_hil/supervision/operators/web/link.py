@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import shutil
-from collections.abc import Callable
+import sys
 
 import segno
 
@@ -15,23 +15,31 @@ QUIET_ZONE = 2
 LINES_FOR_THE_QUESTION = 6
 
 
-def announce(panel: WebPanel, show: Callable[[str], object], lines: int | None = None) -> None:
-    """Print the panel's link, and a QR code of it if it is for other devices.
+def described(panel: WebPanel, lines: int | None = None) -> str:
+    """The panel's link, and a QR code of it if it is for other devices and this terminal can show it.
 
     Args:
         panel: whose link.
-        show: prints a line.
         lines: height of the terminal; None for that of this one. A code that would scroll away is not drawn.
     """
-    show(f"Operator panel: {panel.url}")
+    link = f"Operator panel: {panel.url}"
     if panel.is_local:
-        return
+        return link
     code = qr_code(panel.url)
     height = lines if lines is not None else shutil.get_terminal_size().lines
+    if not _can_be_shown(code):
+        return link
     if code.count("\n") + 1 + LINES_FOR_THE_QUESTION > height:
-        show("(The terminal is too low for the link's QR code: make it higher and press ?)")
-    else:
-        show(code)
+        return f"{link}\n(No room for its QR code: make the terminal higher and press ?)"
+    return f"{link}\n{code}"
+
+
+def _can_be_shown(text: str) -> bool:
+    try:
+        text.encode(getattr(sys.stderr, "encoding", None) or "utf-8")
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def qr_code(text: str) -> str:

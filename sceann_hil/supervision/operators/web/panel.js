@@ -191,12 +191,13 @@ setInterval(() => fetch("/alive").catch(() => null), ALIVE_MS);
 
 $("stop").onclick = () => press("stop", null);
 $("emergency_stop").onclick = () => press("emergency_stop", null);
+function said(key) { return (view.keys[key] || []).find(verb => view.accepts.includes(verb)); }
 function stopFor(event) {
   if (event.ctrlKey || event.altKey || event.metaKey) return null;
   const typing = document.activeElement === $("text");
   if (event.key === "F9" || (event.key === "!" && !typing)) return "emergency_stop";
-  const spaceStops = event.key === " " && !typing && view && view.phase === "running";
-  return event.key === "F8" || spaceStops ? "stop" : null;
+  if (event.key === "F8") return "stop";
+  return !typing && view && view.phase === "running" && said(event.key) === "stop" ? "stop" : null;
 }
 addEventListener("keydown", event => {
   const stop = stopFor(event);
@@ -204,7 +205,7 @@ addEventListener("keydown", event => {
   const typing = document.activeElement === $("text");
   if (event.key === "Escape" && !$("words").hidden) { askNoMore(); return; }
   if (typing || event.repeat || event.ctrlKey || event.altKey || event.metaKey || !view || !$("offline").hidden) return;
-  const verb = view.accepts.find(a => view.verbs[a].key === event.key);
+  const verb = said(event.key);
   const made = verb && $(verb);
   if (made && !made.disabled) { event.preventDefault(); made.click(); }
 }, true);

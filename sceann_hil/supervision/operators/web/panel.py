@@ -14,8 +14,9 @@ from concurrent.futures import ThreadPoolExecutor
 from tornado.netutil import bind_sockets
 
 from sceann_hil.errors import PanelUnavailable
-from sceann_hil.robot.scenery import Scenery
+from sceann_hil.robot.drawing import Drawing
 from sceann_hil.supervision.operators.desk import Desk
+from sceann_hil.supervision.operators.keymap import KeyMap
 from sceann_hil.supervision.operators.messages import Receipt
 from sceann_hil.supervision.operators.operator import Operator
 from sceann_hil.supervision.operators.settings import Prompt
@@ -44,8 +45,9 @@ class WebPanel(Operator):
         desk: where to press.
         host: address to listen on; ``::`` is every address, IPv4 and IPv6.
         port: 0 for any that is free.
-        scenery: for the picture of the start pose.
+        drawing: for the picture of the start pose.
         prompt: whether the page beeps or speaks.
+        keymap: what keys say on the page.
 
     Raises:
         PanelUnavailable: the port is in use, or the address is not this machine's.
@@ -54,11 +56,18 @@ class WebPanel(Operator):
     name = "web"
 
     def __init__(
-        self, desk: Desk, host: str, port: int, scenery: Scenery | None = None, prompt: Prompt = Prompt.NONE
+        self,
+        desk: Desk,
+        host: str,
+        port: int,
+        drawing: Drawing | None = None,
+        prompt: Prompt = Prompt.NONE,
+        keymap: KeyMap | None = None,
     ) -> None:
         super().__init__(desk)
-        self._scenery = scenery
+        self._drawing = drawing
         self._prompt = prompt
+        self._keymap = keymap or KeyMap()
         try:
             # "" is every address of both families, where the system has both
             self._sockets = bind_sockets(port, "" if host == "::" else host, backlog=BACKLOG)
@@ -97,7 +106,7 @@ class WebPanel(Operator):
         sweeping.cancel()
         server.stop()
         # how the run ended is the last thing that pages hear
-        feed.put(as_json(self.desk.view(), self._prompt), last=True)
+        feed.put(as_json(self.desk.view(), self._prompt, self._keymap), last=True)
         await asyncio.sleep(_LAST_WORDS_S if len(server.friends) else 0.0)
         await server.close_all_connections()
 
@@ -110,14 +119,14 @@ class WebPanel(Operator):
                 view = self.desk.wait(version, ALIVE_S)
                 if view.version > version:
                     version = view.version
-                    loop.call_soon_threadsafe(feed.put, as_json(view, self._prompt))
+                    loop.call_soon_threadsafe(feed.put, as_json(view, self._prompt, self._keymap))
 
     def _press(self, verb: Verb, question: int | None, text: str) -> Receipt:
         return self.desk.press(verb, by=self.name, question=question, text=text)
 
     def _pose(self) -> str:
         situation = self.desk.view().situation
-        return draw_pose(self._scenery, dict(situation.start if situation else ()))
+        return draw_pose(self._drawing, dict(situation.start if situation else ()))
 
     def stop(self) -> None:
         self._leaving.set()

@@ -1,0 +1,71 @@
+"""A robot's drawing as a Matplotlib picture: what stands still, and the robot in some of its poses."""
+
+from __future__ import annotations
+
+import cmath
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Circle, Polygon
+
+from sceann_hil.robot.drawing import Block, Disc, Drawing, Look, Part, Shades, Shape
+from sceann_hil.study.style import BLUE, DARK, GREY, LIGHT, ORANGE
+
+_FILL = {
+    Look.WALL: DARK,
+    Look.OBSTACLE: GREY,
+    Look.TARGET: "#fee0b6",
+    Look.LAMP: "#ffe873",
+    Look.LINE: DARK,
+    Look.BODY: "#d1e5f0",
+    Look.CART: "#d1e5f0",
+    Look.NOSE: BLUE,
+}
+
+
+def draw_surroundings(axes: Axes, drawing: Drawing) -> None:
+    """What stands still, to scale, with the view that the drawing asks for."""
+    for shape in drawing.fixed:
+        _draw(axes, shape, 0j, 0.0, 1.0, 0)
+    left, right, bottom, top = drawing.bounds_m
+    axes.set_xlim(left, right)
+    axes.set_ylim(bottom, top)
+    axes.set_aspect("equal")
+
+
+def draw_part(axes: Axes, part: Part, state: Mapping[str, float], alpha: float) -> None:
+    """A part where this state has it; `state` gives values by the names of the state fields."""
+    place = complex(state.get(part.x or "", 0.0), state.get(part.y or "", 0.0))
+    turn = state.get(part.turn or "", 0.0)
+    for shape in part.shapes:
+        if getattr(shape, "look", None) is not Look.WHEEL:
+            _draw(axes, shape, place, -turn if part.clockwise else turn, alpha, 1)
+
+
+def _draw(axes: Axes, shape: Shape, at: complex, turn: float, alpha: float, order: int) -> None:
+    def placed(point: tuple[float, float]) -> complex:
+        return at + cmath.exp(1j * turn) * complex(*point)
+
+    if isinstance(shape, Shades):
+        extent = (0.0, shape.size_m[0], 0.0, shape.size_m[1])
+        axes.imshow(np.array(shape.rows), cmap="Greys", vmin=0, vmax=2, origin="lower", extent=extent, zorder=-1)
+        return
+    colour = _FILL.get(shape.look, LIGHT)
+    edge = ORANGE if shape.look is Look.TARGET else BLUE if order else colour
+    if isinstance(shape, Disc):
+        centre = placed(shape.at_m)
+        disc = Circle((centre.real, centre.imag), shape.radius_m, facecolor=colour, edgecolor=edge, linewidth=0.8)
+        disc.set(alpha=alpha, zorder=order)
+        axes.add_patch(disc)
+    elif isinstance(shape, Block):
+        half = np.array(shape.size_m) / 2
+        signs = ((1, 1), (-1, 1), (-1, -1), (1, -1))
+        corners = (complex(*shape.at_m) + np.exp(1j * shape.angle_rad) * complex(*(half * sign)) for sign in signs)
+        points = [placed((corner.real, corner.imag)) for corner in corners]
+        patch = Polygon([(p.real, p.imag) for p in points], facecolor=colour, edgecolor=edge, linewidth=0.8)
+        patch.set(alpha=alpha, zorder=order)
+        axes.add_patch(patch)
+    else:
+        points = [placed(point) for point in shape.points_m]
+        axes.plot([p.real for p in points], [p.imag for p in points], color=colour, alpha=alpha, zorder=order, lw=1.4)
