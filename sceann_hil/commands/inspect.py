@@ -16,6 +16,7 @@ from sceann_hil.errors import ReplayDiffers
 from sceann_hil.journal import AttemptRow, JournalReader, RunLock
 from sceann_hil.journal.tables import export_csv
 from sceann_hil.journal.verify import require_sound
+from sceann_hil.run.champion import champion_of
 from sceann_hil.versions import running_versions, version_differences
 
 if TYPE_CHECKING:
@@ -37,7 +38,8 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
     reader = JournalReader(directory)
     run = reader.run()
     outline = outline_of(run.config, f"{directory}: journalled configuration")
-    generations, champion = reader.generations(finished=True), reader.champion()
+    generations = reader.generations(finished=True)
+    champion = champion_of(reader, keeps_best=outline.keeps_best)
     last = outline.generations
     finished = len(generations) == last + 1
     state = "finished" if finished else "running" if RunLock.is_held(directory) else "stopped"

@@ -7,12 +7,10 @@ import sqlite3
 import zlib
 from collections.abc import Iterator
 from dataclasses import fields
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
 from sceann_hil.errors import NotARun, RunIsDamaged, way_out_of_damage
@@ -162,36 +160,31 @@ class JournalReader:
         return IndividualRow(*rows[0])
 
     def champion(self) -> IndividualRow | None:
-        """The run's champion, the same one for every command; None before a generation is finished.
+        """The best individual of the last finished generation; the first of equals. None before there is one."""
+        return self._best_of("SELECT max(number) FROM generation WHERE finished_at IS NOT NULL")
 
-        Where the algorithm keeps elites, it is the best individual of the last finished generation: elites are
-        evaluated again and again, so that is the newest knowledge. Where it keeps none, the best may be lost to the
-        next generation, and the champion is the best of the whole run. Of equals, the first.
-        """
-        newest = self.one("SELECT max(number) FROM generation WHERE finished_at IS NOT NULL")[0]
-        if newest is None:
+    def best_ever(self) -> IndividualRow | None:
+        """The best individual of all finished generations; the first of equals. None before there is one."""
+        best = "WHERE finished_at IS NOT NULL ORDER BY best_fitness DESC, number LIMIT 1"
+        return self._best_of(f"SELECT (SELECT number FROM generation {best})")
+
+    def _best_of(self, generation: str) -> IndividualRow | None:
+        number = self.one(generation)[0]
+        if number is None:
             return None
-        number = newest
-        if not self._keeps_elites:
-            number = self.one(
-                "SELECT number FROM generation WHERE finished_at IS NOT NULL ORDER BY best_fitness DESC, number LIMIT 1"
-            )[0]
         rows = self.rows("individual", "WHERE generation = ? ORDER BY fitness DESC, number LIMIT 1", number)
         if not rows:
             raise self.damaged(f"generation {number} has no individuals")
         return IndividualRow(*rows[0])
 
-    @cached_property
-    def _keeps_elites(self) -> bool:
-        with understood(self.path):
-            try:
-                config = yaml.safe_load(self.run().config)
-            except yaml.YAMLError as error:
-                raise ValueError(f"the run's configuration is no YAML: {error}") from error
-            algorithm = config.get("algorithm") if isinstance(config, dict) else None
-            return isinstance(algorithm, dict) and bool(algorithm.get("elites"))
-
     # -- attempts -----------------------------------------------------------------------------------------------------
+
+    def best_ever(self) -> IndividualRow | None:
+        """The best individual of all finished generations; the first of equals. None before there is one."""
+        row = self._db.execute(
+            f"SELECT {_INDIVIDUAL} WHERE fitness IS NOT NULL ORDER BY fitness DESC, generation, number LIMIT 1"
+        ).fetchone()
+        return IndividualRow(*row) if row else None
 
     def attempts(self, generation: int) -> list[AttemptRow]:
         """A generation's attempts in the order of their ids."""
