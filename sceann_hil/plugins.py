@@ -138,6 +138,14 @@ class AlgorithmConfig(PluginConfig):
     generations: int
     """Generations after the initial one, so one more is evaluated."""
 
+    @property
+    def measures(self) -> tuple[str, ...]:
+        """Names of what the algorithm is told of individuals besides fitness; none unless this is overridden.
+
+        The task must offer them (`sceann_hil.robot.task.Task.measure_names`).
+        """
+        return ()
+
     @abstractmethod
     def build(self, genome_length: int) -> Algorithm[Any]:
         """The algorithm for genomes of `genome_length` bits.

@@ -101,7 +101,9 @@ class Ancestor:
         best = max(rows, key=lambda row: (row.fitness if row.fitness is not None else -np.inf, -row.number))
         rng = generator(config.seed, Purpose.ALGORITHM, 0)
         same: State = algorithm.adopt(best.genome_bits(config.genome_length)[None], rng)
-        children: State = algorithm.tell(same, np.zeros(len(same.genomes)), rng)
+        nothing = np.zeros(len(same.genomes))
+        measures = np.zeros((len(same.genomes), len(config.algorithm.measures)))
+        children: State = algorithm.tell_measured(same, nothing, measures, rng)
         return replace(children, parents=np.full(len(children.genomes), -1, np.int32)), [best.id] * len(
             children.genomes
         )
