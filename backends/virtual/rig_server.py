@@ -7,6 +7,7 @@ import json
 import socketserver
 import threading
 
+from backends.remote.rig import ASK_END
 from backends.virtual.body import VirtualBody
 from sceann_hil.errors import ConfigError
 
@@ -35,7 +36,10 @@ class RigServer:
 
         def _answer(line: bytes) -> str:
             try:
-                start = json.loads(line)["place"]
+                asked = json.loads(line)
+                if asked == ASK_END:
+                    return body.ended.name.lower() if body.ended is not None else "running"
+                start = asked["place"]
                 body.place([float(start[field]) for field in fields])
             except (ValueError, KeyError, TypeError) as error:
                 return f"cannot place the robot: expected {', '.join(fields)} ({type(error).__name__}: {error})"

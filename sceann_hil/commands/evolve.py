@@ -28,7 +28,7 @@ from sceann_hil.commands.arguments import (
     overrides_of,
     print_json,
 )
-from sceann_hil.commands.progress import show_progress
+from sceann_hil.commands.progress import show_preparation, show_progress
 from sceann_hil.commands.recording import Live, Record, RecordChoice, recorded, watched_live
 from sceann_hil.config import load_config
 from sceann_hil.errors import ExitCode, as_user_error
@@ -121,6 +121,8 @@ def _run(
     settings = experiment.config.operator
     if operator is not None:
         settings = experiment.config.with_changes(settings=operator_override(operator)).operator
+    with show_preparation(console) as preparing:
+        experiment.config.algorithm.prepare(experiment.config, preparing)
     robot = experiment.config.robot.build()
     with ExitStack() as connected:
         # entered first, so left last: the robot is let go before anybody waits for recordings

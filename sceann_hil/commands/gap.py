@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
@@ -119,7 +120,10 @@ def repeat(
     fitness = measurement.repeats[0]
     spread = Spread.of(fitness)
     task = config.task.build()
-    differences = [part * (task.best_fitness - task.worst_fitness) for part in (0.02, 0.05, 0.1, 0.2)]
+    width = task.best_fitness - task.worst_fitness
+    if not math.isfinite(width):  # the task does not say what a trial can be worth
+        width = float(np.ptp(measurement.fitness)) or 1.0
+    differences = [part * width for part in (0.02, 0.05, 0.1, 0.2)]
     from sceann_hil.study.gap import figures
 
     figures.draw_spread(fitness.tolist(), spread, folder / f"individual-{row.id}.png")

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from sceann_hil.commands.arguments import AsJson, ConfigFile, Overrides, Seed, overrides_of, print_json
-from sceann_hil.commands.progress import show_progress
+from sceann_hil.commands.progress import show_preparation, show_progress
 from sceann_hil.config import load_config, with_robot_of
 from sceann_hil.journal import JournalReader
 from sceann_hil.run.experiment import Experiment, Outcome
@@ -60,6 +60,8 @@ def rehearse(
         play = open_ones.enter_context(rehearsal(settings, stand_in, firmware=firmware))
         directory = out or Path(open_ones.enter_context(tempfile.TemporaryDirectory())) / "rehearsal"
         experiment = open_ones.enter_context(Experiment.create(play.config, directory))
+        with show_preparation(console) as preparing:
+            play.config.algorithm.prepare(play.config, preparing)
         robot = open_ones.enter_context(play.robot)
         desk = open_ones.enter_context(beside(robot, play.config.operator, lambda _: None))
         report = open_ones.enter_context(show_progress(console, play.config.algorithm.generations, desk))

@@ -9,7 +9,7 @@ from sceann_hil.link.vocabulary import Function, Op, Status
 from sceann_hil.network.coding import Bits, Coding, NetworkSize, Weights
 from sceann_hil.network.controller import Dynamics
 from sceann_hil.network.image import ControllerImage
-from sceann_hil.robot import RobotFault
+from sceann_hil.robot import LinkError, RobotFault
 
 
 def shortest_genome(weights: Weights, size: NetworkSize) -> tuple[Coding, Bits]:
@@ -53,6 +53,8 @@ def upload_image(link: RobotLink, image: ControllerImage) -> None:
                     raise
                 link.statistics.retries += 1
                 missing = refused.reply.missing_chunk
+                if missing >= len(chunks):
+                    raise LinkError(f"GENOME: the robot misses chunk {missing}, and there are {len(chunks)}") from None
                 link.send(Function.GENOME, pack_chunk(missing, chunks[missing]))
                 continue
             if reply.u32() != image.weights_crc:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sceann_hil.config import ExperimentConfig, parse_config
-from sceann_hil.evolution import State
+from sceann_hil.evolution import Algorithm, State
 from sceann_hil.network.coding import Bits, genome_to_hex
 from sceann_hil.plugin_faults import blamed_on_plugins
 from sceann_hil.robot import Robot
@@ -126,8 +126,8 @@ def lockstep(config: ExperimentConfig, seeds: NDArray[np.uint64], robot: Robot) 
         ValueError: the robot takes no batches.
         TrialVoid: the robot could not say what happened in a trial.
     """
-    algorithm: Any = config.algorithm.build(config.genome_length)
-    evaluator = _Evaluator(BatchEvaluator.of(config, robot), seeds)
+    algorithm: Any = config.algorithm.for_experiment(config)
+    evaluator = _Evaluator(BatchEvaluator.of(config, robot), seeds, algorithm)
     states = [algorithm.start(generator(int(seed), Purpose.ALGORITHM, 0)) for seed in seeds]
     generation = evaluator.evaluate(0, states, None)
     yield generation
@@ -145,18 +145,23 @@ def lockstep(config: ExperimentConfig, seeds: NDArray[np.uint64], robot: Robot) 
 class _Evaluator:
     """`sceann_hil.run.evaluator.Evaluator` for many runs and no journal: the same trials, keys and means."""
 
-    def __init__(self, batch: BatchEvaluator, seeds: NDArray[np.uint64]) -> None:
+    def __init__(self, batch: BatchEvaluator, seeds: NDArray[np.uint64], algorithm: Algorithm[Any]) -> None:
         self._batch = batch
         self._seeds = seeds
+        self._algorithm = algorithm
 
     def evaluate(self, number: int, states: list[State], before: Generation | None) -> Generation:
         genomes = np.stack([state.genomes for state in states])
         fitness = np.empty(genomes.shape[:2])
         successes = np.empty(genomes.shape[:2], np.int64)
-        wanted = self._batch.measures
-        measures = np.empty((*genomes.shape[:2], 0 if wanted is None else len(wanted.columns)))
+        asked = self._batch.measures
+        measures = np.empty((*genomes.shape[:2], 0 if asked is None else len(asked.columns)))
         todo = np.ones(genomes.shape[:2], np.bool_)
-        if before is not None and self._batch.robot.spec.noise_free:
+        n_trials = self._batch.task.n_trials
+        of = [self._algorithm.wanted(state, n_trials) for state in states]
+        every = np.ones(n_trials, np.bool_)
+        wanted = np.stack([np.broadcast_to(every if one is None else one, (genomes.shape[1], n_trials)) for one in of])
+        if before is not None and self._batch.robot.spec.noise_free and wanted.all():
             # the same genome in the same noise-free body does the same again, bit for bit
             parents = np.stack([state.parents for state in states])
             runs = np.arange(len(states))[:, None]
@@ -166,7 +171,12 @@ class _Evaluator:
             measures[~todo] = before.measures[runs, parents][~todo]
         if todo.any():
             outcomes = self._run(number, genomes[todo], *np.nonzero(todo))
-            fitness[todo], successes[todo] = outcomes.mean_fitness, outcomes.successes
+            if wanted.all():
+                fitness[todo], successes[todo] = outcomes.mean_fitness, outcomes.successes
+            else:
+                some = wanted[todo]
+                fitness[todo] = outcomes.fitness.mean(axis=1, where=some)
+                successes[todo] = (outcomes.succeeded & some).sum(axis=1)
             if outcomes.measures is not None:
                 measures[todo] = outcomes.measures.mean(axis=1)
         return Generation(number, states, fitness, successes, measures)
