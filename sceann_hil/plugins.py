@@ -156,6 +156,11 @@ class AlgorithmConfig(PluginConfig):
         """
         return ()
 
+    @property
+    def keeps_best(self) -> bool:
+        """The best of a generation is in the next one too, unchanged; otherwise a run's champion may be of any."""
+        return False
+
     @abstractmethod
     def build(self, genome_length: int) -> Algorithm[Any]:
         """The algorithm for genomes of `genome_length` bits.

@@ -33,6 +33,7 @@ from sceann_hil.commands.recording import Live, Record, RecordChoice, recorded, 
 from sceann_hil.config import load_config
 from sceann_hil.errors import ExitCode, as_user_error
 from sceann_hil.run.ancestor import Ancestor, Take
+from sceann_hil.run.champion import champion_of
 from sceann_hil.run.experiment import Experiment, Outcome
 from sceann_hil.supervision.operators import Desk
 from sceann_hil.supervision.operators.staff import beside
@@ -179,7 +180,7 @@ def _show(console: Console, text: str) -> None:
 
 def _summary(experiment: Experiment, outcome: Outcome, evolved_s: float) -> dict[str, Any]:
     reader = experiment.journal.reader
-    champion = reader.champion()
+    champion = champion_of(reader, keeps_best=experiment.config.algorithm.keeps_best)
     generations = reader.generations(finished=True)
     return {
         "directory": str(experiment.directory),

@@ -34,6 +34,7 @@ from sceann_hil.journal import (
 from sceann_hil.robot import Robot
 from sceann_hil.run.ancestor import Ancestor
 from sceann_hil.run.breeding import generations
+from sceann_hil.run.champion import champion_of
 from sceann_hil.run.evaluator import Evaluator
 from sceann_hil.run.measures import Measures
 from sceann_hil.run.reference import ReferenceRuns
@@ -252,7 +253,7 @@ class Experiment:
 
     def _progress(self, number: int, trials: int) -> Progress:
         reader = self.journal.reader
-        row, champion = reader.last_generation(), reader.champion()
+        row, champion = reader.last_generation(), champion_of(reader, keeps_best=self.config.algorithm.keeps_best)
         if row is None or champion is None:
             raise RuntimeError(f"generation {number} was finished and is not in the journal")
         return Progress(row, self.config.algorithm.generations, trials, champion)

@@ -69,7 +69,7 @@ class BlockResult:
 
     Attributes:
         block: the work that was done.
-        fitness: of each run's champion, the best of the last generation, float64, shape ``(r,)``.
+        fitness: of each run's champion (`sceann_hil.run.champion`), float64, shape ``(r,)``.
         successes: its trials that reached what the task asks for, int64, shape ``(r,)``.
         genomes: its bits, hexadecimal.
         best: best fitness of every generation, float32, shape ``(r, g + 1)``.
@@ -98,20 +98,39 @@ def _computed(block: Block) -> BlockResult:
     robot = config.robot.build()
     robot.use_cores(1)
     best = []
+    champions = _Champions(len(block.seeds))
     with robot:
         for generation in lockstep(config, np.array(block.seeds, np.uint64), robot):
             best.append(generation.fitness.max(axis=1).astype(np.float32))
-    champions = generation.fitness.argmax(axis=1)
-    runs = np.arange(len(champions))
+            if not config.algorithm.keeps_best or generation.number == config.algorithm.generations:
+                champions.look_at(generation)
     return BlockResult(
         block=block,
-        fitness=generation.fitness[runs, champions],
-        successes=generation.successes[runs, champions],
-        genomes=tuple(
-            genome_to_hex(state.genomes[champion]) for state, champion in zip(generation.states, champions, strict=True)
-        ),
+        fitness=champions.fitness,
+        successes=champions.successes,
+        genomes=tuple(champions.genomes),
         best=np.stack(best, axis=1),
     )
+
+
+class _Champions:
+    """The best individual of each run in the generations that were looked at, the first of equals.
+
+    As `sceann_hil.run.champion` says, these are all generations, or only the last one where the best is kept.
+    """
+
+    def __init__(self, n_runs: int) -> None:
+        self.fitness = np.full(n_runs, -np.inf)
+        self.successes = np.zeros(n_runs, np.int64)
+        self.genomes = [""] * n_runs
+
+    def look_at(self, generation: Generation) -> None:
+        """One more generation."""
+        for run, champion in enumerate(generation.fitness.argmax(axis=1).tolist()):
+            if generation.fitness[run, champion] > self.fitness[run]:
+                self.fitness[run] = generation.fitness[run, champion]
+                self.successes[run] = generation.successes[run, champion]
+                self.genomes[run] = genome_to_hex(generation.states[run].genomes[champion])
 
 
 def lockstep(config: ExperimentConfig, seeds: NDArray[np.uint64], robot: Robot) -> Iterator[Generation]:
