@@ -28,11 +28,12 @@ from sceann_hil.commands.arguments import (
     overrides_of,
     print_json,
 )
-from sceann_hil.commands.progress import show_progress
+from sceann_hil.commands.progress import show_preparation, show_progress
 from sceann_hil.commands.recording import Live, Record, RecordChoice, recorded, watched_live
 from sceann_hil.config import load_config
 from sceann_hil.errors import ExitCode, as_user_error
 from sceann_hil.run.ancestor import Ancestor, Take
+from sceann_hil.run.champion import champion_of
 from sceann_hil.run.experiment import Experiment, Outcome
 from sceann_hil.supervision.operators import Desk
 from sceann_hil.supervision.operators.staff import beside
@@ -121,6 +122,8 @@ def _run(
     settings = experiment.config.operator
     if operator is not None:
         settings = experiment.config.with_changes(settings=operator_override(operator)).operator
+    with show_preparation(console) as preparing:
+        experiment.config.algorithm.prepare(experiment.config, preparing)
     robot = experiment.config.robot.build()
     with ExitStack() as connected:
         # entered first, so left last: the robot is let go before anybody waits for recordings
@@ -177,7 +180,7 @@ def _show(console: Console, text: str) -> None:
 
 def _summary(experiment: Experiment, outcome: Outcome, evolved_s: float) -> dict[str, Any]:
     reader = experiment.journal.reader
-    champion = reader.champion()
+    champion = champion_of(reader, keeps_best=experiment.config.algorithm.keeps_best)
     generations = reader.generations(finished=True)
     return {
         "directory": str(experiment.directory),

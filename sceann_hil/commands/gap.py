@@ -30,6 +30,7 @@ from sceann_hil.errors import ConfigError, NotARun
 from sceann_hil.journal import AttemptKind, IndividualRow, JournalReader
 from sceann_hil.robot import GapEstimate
 from sceann_hil.robot.signal_names import motor_names, sensor_names
+from sceann_hil.run.champion import champion_of
 from sceann_hil.run.replay import journalled_config
 from sceann_hil.study.gap import GapReport, Spread, estimate_rows, gap_section
 from sceann_hil.supervision.drift import Drift
@@ -209,7 +210,7 @@ def _individual(reader: JournalReader, genome: str) -> IndividualRow:
         if not genome.isdecimal():
             raise typer.BadParameter(f"expected best or an individual's number, got {genome}")
         return reader.individual(int(genome))
-    champion = reader.champion()
+    champion = champion_of(reader, keeps_best=journalled_config(reader).algorithm.keeps_best)
     if champion is None:
         raise NotARun(f"{reader.directory} has no finished generation yet.", "`sceann resume` it first.")
     return champion

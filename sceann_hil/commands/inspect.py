@@ -15,6 +15,7 @@ from sceann_hil.config import outline_of
 from sceann_hil.errors import ReplayDiffers
 from sceann_hil.journal import JournalReader, RunLock
 from sceann_hil.journal.tables import export_csv
+from sceann_hil.run.champion import champion_of
 
 if TYPE_CHECKING:
     from sceann_hil.run.replay import Comparison
@@ -35,7 +36,8 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
     reader = JournalReader(directory)
     run = reader.run()
     outline = outline_of(run.config, f"{directory}: journalled configuration")
-    generations, champion = reader.generations(finished=True), reader.champion()
+    generations = reader.generations(finished=True)
+    champion = champion_of(reader, keeps_best=outline.keeps_best)
     last = outline.generations
     finished = len(generations) == last + 1
     state = "finished" if finished else "running" if RunLock.is_held(directory) else "stopped"

@@ -54,7 +54,7 @@ def study(
         return
     from sceann_hil.study.cluster import ClusterWorkers  # an extra that most people do without
 
-    with ClusterWorkers(cluster) as on_the_cluster:
+    with told_when_interrupted(console), ClusterWorkers(cluster, tell=console.print) as on_the_cluster:
         _run(studies, directory, on_the_cluster, console)
 
 

@@ -195,6 +195,10 @@ reference:
   every: null
   genome: null
   trial: 0
+uncertainty:
+  robots: 200
+  body: null
+  keys: {}
 """
 
 
