@@ -83,8 +83,8 @@ def evolve(
     with Experiment.create(settings, directory, Ancestor(ancestor, take) if ancestor else None) as experiment:
         try:
             _run(experiment, record, live, as_json, more=more)
-        except Exception as error:
-            # no robot, no panel: the same command should work once that is put right
+        except (Exception, KeyboardInterrupt) as error:
+            # no robot, no panel, Ctrl-C meanwhile: the same command should work once that is put right
             if as_user_error(error) is not None and experiment.forget():
                 Console(stderr=True, highlight=False).print("Nothing was begun; no run was kept.")
             raise

@@ -37,6 +37,7 @@ from sceann_hil.run.ancestor import Ancestor
 from sceann_hil.run.breeding import generations
 from sceann_hil.run.champion import champion_of
 from sceann_hil.run.evaluator import Evaluator
+from sceann_hil.run.measures import Measures
 from sceann_hil.run.reference import ReferenceRuns
 from sceann_hil.run.session import Presence, begin_session
 from sceann_hil.supervision.forecast import Cost, Forecast
@@ -193,7 +194,7 @@ class Experiment:
         evaluator = Evaluator(runner, config.seed, config.saving)
         self.journal.note("started" if reader.last_generation() is None else "resumed", f"process {os.getpid()}")
         try:
-            for number, state in generations(self.journal, algorithm, config.seed, last):
+            for number, state in generations(self.journal, algorithm, config.seed, last, Measures.of(config)):
                 started = time.monotonic()
                 of = algorithm.wanted(state, runner.task.n_trials)
                 evaluation = evaluator.evaluate(number, algorithm.ask(state), of, algorithm.remark(state))
