@@ -11,6 +11,7 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from sceann_hil.commands.arguments import (
@@ -32,6 +33,7 @@ from sceann_hil.commands.progress import show_preparation, show_progress
 from sceann_hil.commands.recording import Live, Record, RecordChoice, must_be_watchable, recorded, watched_live
 from sceann_hil.config import load_config
 from sceann_hil.errors import ExitCode, as_user_error
+from sceann_hil.pasting import pasteable
 from sceann_hil.run.ancestor import Ancestor, Take
 from sceann_hil.run.champion import champion_of
 from sceann_hil.run.experiment import Experiment, Outcome
@@ -215,7 +217,7 @@ def _summary(experiment: Experiment, outcome: Outcome, evolved_s: float) -> dict
 
 def _print_summary(console: Console, summary: dict[str, Any], record: RecordChoice) -> None:
     directory, champion = summary["directory"], summary["champion"]
-    table = Table(show_header=False, title=f"Run {directory}: {summary['outcome'].replace('_', ' ')}")
+    table = Table(show_header=False, title=f"Run {escape(str(directory))}: {summary['outcome'].replace('_', ' ')}")
     table.add_row("generations", f"{summary['generations']}")
     table.add_row("trials", f"{summary['trials']} in {summary['evolved_s']:.1f} s")
     if champion:
@@ -228,4 +230,4 @@ def _print_summary(console: Console, summary: dict[str, Any], record: RecordChoi
     if reason:
         console.print(f"{reason}.", soft_wrap=True)
     for command in follow:
-        console.print(f"  sceann {command} {directory}")
+        console.print(f"  sceann {command} {pasteable(directory)}", markup=False, soft_wrap=True)

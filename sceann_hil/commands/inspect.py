@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from sceann_hil.commands.arguments import AsJson, RunDirectory, print_json
@@ -16,6 +17,7 @@ from sceann_hil.errors import ReplayDiffers
 from sceann_hil.journal import AttemptRow, JournalReader, RunLock
 from sceann_hil.journal.tables import export_csv
 from sceann_hil.journal.verify import require_sound
+from sceann_hil.pasting import pasteable
 from sceann_hil.run.champion import champion_of
 from sceann_hil.versions import running_versions, version_differences
 
@@ -64,8 +66,8 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
         print_json(document)
         return
     console = Console(highlight=False)
-    table = Table(show_header=False, title=f"{run.name}: {state}")
-    table.add_row("folder", str(directory))
+    table = Table(show_header=False, title=f"{escape(run.name)}: {state}")
+    table.add_row("folder", escape(str(directory)))
     table.add_row("created", run.created_at)
     table.add_row("task, robot", f"{outline.task}, {outline.robot}")
     table.add_row("algorithm, coding", f"{outline.algorithm}, {outline.coding}")
@@ -82,7 +84,7 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
     if generations:
         console.print("best fitness by generation", _sparkline([row.best_fitness or 0.0 for row in generations]))
     if state == "stopped":
-        console.print(f"  sceann resume {directory}")
+        console.print(f"  sceann resume {pasteable(directory)}", markup=False, soft_wrap=True)
 
 
 def replay_trial(
