@@ -108,9 +108,9 @@ def _respond(
     sensors: Float32Array,
     work: Float32Array,
     parameters: Float32Array,
-    sensor: int,
+    sensor: np.int64,
     weight: np.float32,
-    response: int,
+    response: np.int64,
     per_m: np.float32,
 ) -> None:
     """Add what a ray reads at its distance: between two nodes of the table that begins at `response`."""
