@@ -41,6 +41,11 @@ COMMANDS: dict[str, Entry] = {
     "resume": Entry(
         Topic.EVOLVE, "evolve", "Go on with a run that was stopped, paused or killed, or whose budget was spent."
     ),
+    "transfer": Entry(
+        Topic.EVOLVE,
+        "transfer",
+        "Find the controller for a robot in a few trials, helped by many simulated robots.",
+    ),
     "plan": Entry(Topic.EVOLVE, "prepare", "Show what a configuration will cost, without running anything."),
     "rehearse": Entry(
         Topic.EVOLVE,

@@ -41,7 +41,8 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
     generations = reader.generations(finished=True)
     champion = champion_of(reader, keeps_best=outline.keeps_best)
     last = outline.generations
-    finished = len(generations) == last + 1
+    events = reader.events()
+    finished = len(generations) == last + 1 or (bool(events) and events[-1][2] == "finished")
     state = "finished" if finished else "running" if RunLock.is_held(directory) else "stopped"
     best = max(generations, key=lambda row: row.best_fitness or 0.0, default=None)
     document: dict[str, Any] = {
