@@ -149,6 +149,14 @@ class AlgorithmConfig(PluginConfig):
     """Generations after the initial one, so one more is evaluated."""
 
     @property
+    def measures(self) -> tuple[str, ...]:
+        """Names of what the algorithm is told of individuals besides fitness; none unless this is overridden.
+
+        The task must offer them (`sceann_hil.robot.task.Task.measure_names`).
+        """
+        return ()
+
+    @property
     def keeps_best(self) -> bool:
         """The best of a generation is in the next one too, unchanged; otherwise a run's champion may be of any."""
         return False

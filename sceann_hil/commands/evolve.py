@@ -83,8 +83,8 @@ def evolve(
     with Experiment.create(settings, directory, Ancestor(ancestor, take) if ancestor else None) as experiment:
         try:
             _run(experiment, record, live, as_json, more=more)
-        except Exception as error:
-            # no robot, no panel: the same command should work once that is put right
+        except (Exception, KeyboardInterrupt) as error:
+            # no robot, no panel, Ctrl-C meanwhile: the same command should work once that is put right
             if as_user_error(error) is not None and experiment.forget():
                 Console(stderr=True, highlight=False).print("Nothing was begun; no run was kept.")
             raise
@@ -98,6 +98,15 @@ def resume(
     budget_robot: BudgetRobot = None,
     budget_wall: BudgetWall = None,
     budget_trials: BudgetTrials = None,
+    accept_versions: Annotated[
+        bool, typer.Option("--accept-versions", help="Go on although versions, or the simulated body, are others.")
+    ] = False,
+    from_generation: Annotated[
+        int | None,
+        typer.Option(
+            "--from-generation", min=0, metavar="N", help="Go back to generation N; the journal of before is kept."
+        ),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Go on with a run that was stopped, paused or killed, or whose budget was spent.
@@ -105,7 +114,9 @@ def resume(
     Example: sceann resume runs/first --budget-robot 2h
     """
     more = more_of(budget_robot, budget_wall, budget_trials)
-    with Experiment.open(directory) as experiment:
+    with Experiment.open(
+        directory, accept_other_versions=accept_versions, from_generation=from_generation
+    ) as experiment:
         _run(experiment, record, live, as_json, operator=operator, more=more)
 
 

@@ -141,6 +141,7 @@ class ExperimentConfig(Section):
                 genome_from_hex(self.reference.genome, self.genome_length)
             except ValueError as error:
                 raise Misfit(f"genome: {str(error).removeprefix('genome: ')}", "reference.genome") from error
+        self._check_measures()
         if self.algorithm.weighs_trials and self.saving != SavingConfig():
             raise Misfit(
                 f"saving: expected nothing to be saved with algorithm {self.algorithm.type}, which weighs every trial",
@@ -166,6 +167,32 @@ class ExperimentConfig(Section):
                 f"racing: expected a task that says what its trials can be worth, got {self.task.type}",
                 "saving.racing",
                 "task.type",
+            )
+
+    def _check_measures(self) -> None:
+        """Measures must be offered, and be those of all trials.
+
+        Raises:
+            Misfit: they are not.
+        """
+        wanted = self.algorithm.measures
+        if not wanted:
+            return
+        offered = self.task.build().measure_names(self.robot.spec)
+        for name in wanted:
+            if name not in offered:
+                raise Misfit(
+                    f"the algorithm {self.algorithm.type} wants the measure {name}; task {self.task.type} on robot "
+                    f"{self.robot.type} offers {', '.join(offered) or 'none'}",
+                    "algorithm",
+                    "task.type",
+                )
+        saving = self.saving
+        if saving.reuse or saving.pool or saving.racing is not Racing.OFF:
+            raise Misfit(
+                f"saving: expected that every trial is run, because {self.algorithm.type} is told measures of all",
+                "saving",
+                "algorithm.type",
             )
 
 

@@ -103,7 +103,9 @@ class Ancestor:
         if config.algorithm.weighs_trials:
             # it has no children, and would take the zeros below for a trial
             return same, [best.id] * len(same.genomes)
-        children: State = algorithm.tell(same, np.zeros(len(same.genomes)), rng)
+        nothing = np.zeros(len(same.genomes))
+        measures = np.zeros((len(same.genomes), len(config.algorithm.measures)))
+        children: State = algorithm.tell_measured(same, nothing, measures, rng)
         return replace(children, parents=np.full(len(children.genomes), -1, np.int32)), [best.id] * len(
             children.genomes
         )

@@ -18,7 +18,7 @@ from sceann_hil.evolution import Algorithm, State
 from sceann_hil.network.coding import Bits, genome_to_hex
 from sceann_hil.plugin_faults import blamed_on_plugins
 from sceann_hil.robot import Robot
-from sceann_hil.run.batch import BatchEvaluator
+from sceann_hil.run.batch import BatchEvaluator, Outcomes
 from sceann_hil.seeds import Purpose, generator, keys
 
 
@@ -31,12 +31,14 @@ class Generation:
         states: each run's algorithm state.
         fitness: mean over each individual's trials, float64, shape ``(r, p)``.
         successes: trials that reached what the task asks for, int64, shape ``(r, p)``.
+        measures: what the algorithm is told besides, float64, shape ``(r, p, k)``; k is 0 if it wants nothing.
     """
 
     number: int
     states: list[State]
     fitness: NDArray[np.float64]
     successes: NDArray[np.int64]
+    measures: NDArray[np.float64]
 
     @property
     def genomes(self) -> Bits:
@@ -150,8 +152,10 @@ def lockstep(config: ExperimentConfig, seeds: NDArray[np.uint64], robot: Robot) 
     yield generation
     for number in range(1, config.algorithm.generations + 1):
         states = [
-            algorithm.tell(state, fitness, generator(int(seed), Purpose.ALGORITHM, number))
-            for state, fitness, seed in zip(states, generation.fitness, seeds, strict=True)
+            algorithm.tell_measured(state, fitness, measures, generator(int(seed), Purpose.ALGORITHM, number))
+            for state, fitness, measures, seed in zip(
+                states, generation.fitness, generation.measures, seeds, strict=True
+            )
         ]
         generation = evaluator.evaluate(number, states, generation)
         yield generation
@@ -169,6 +173,8 @@ class _Evaluator:
         genomes = np.stack([state.genomes for state in states])
         fitness = np.empty(genomes.shape[:2])
         successes = np.empty(genomes.shape[:2], np.int64)
+        asked = self._batch.measures
+        measures = np.empty((*genomes.shape[:2], 0 if asked is None else len(asked.columns)))
         todo = np.ones(genomes.shape[:2], np.bool_)
         n_trials = self._batch.task.n_trials
         of = [self._algorithm.wanted(state, n_trials) for state in states]
@@ -181,16 +187,20 @@ class _Evaluator:
             todo = (genomes != before.genomes[runs, parents]).any(axis=-1)
             fitness[~todo] = before.fitness[runs, parents][~todo]
             successes[~todo] = before.successes[runs, parents][~todo]
+            measures[~todo] = before.measures[runs, parents][~todo]
         if todo.any():
-            fitness[todo], successes[todo] = self._run(number, genomes[todo], wanted[todo], *np.nonzero(todo))
-        return Generation(number, states, fitness, successes)
+            outcomes = self._run(number, genomes[todo], *np.nonzero(todo))
+            if wanted.all():
+                fitness[todo], successes[todo] = outcomes.mean_fitness, outcomes.successes
+            else:
+                some = wanted[todo]
+                fitness[todo] = outcomes.fitness.mean(axis=1, where=some)
+                successes[todo] = (outcomes.succeeded & some).sum(axis=1)
+            if outcomes.measures is not None:
+                measures[todo] = outcomes.measures.mean(axis=1)
+        return Generation(number, states, fitness, successes, measures)
 
-    def _run(
-        self, number: int, genomes: Bits, wanted: NDArray[np.bool_], run: NDArray[np.intp], individual: NDArray[np.intp]
-    ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    def _run(self, number: int, genomes: Bits, run: NDArray[np.intp], individual: NDArray[np.intp]) -> Outcomes:
         trial = np.arange(self._batch.task.n_trials)
         noise = keys(self._seeds[run][:, None], Purpose.TRIAL, number, individual[:, None], trial, 0)
-        outcomes = self._batch.evaluate(genomes, noise)
-        if wanted.all():
-            return outcomes.mean_fitness, outcomes.successes
-        return outcomes.fitness.mean(axis=1, where=wanted), (outcomes.succeeded & wanted).sum(axis=1)
+        return self._batch.evaluate(genomes, noise)

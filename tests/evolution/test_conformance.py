@@ -11,7 +11,8 @@ from typing import Any
 import pytest
 
 from sceann_hil import registry
-from sceann_hil.evolution import OGAConfig, RandomSearchConfig, SGAConfig
+from sceann_hil.evolution import MapElitesConfig, OGAConfig, RandomSearchConfig, SGAConfig
+from sceann_hil.evolution.map_elites import Axis
 from sceann_hil.plugins import AlgorithmConfig
 from sceann_hil.registry import Group
 from sceann_hil.testing import AlgorithmConformance
@@ -57,6 +58,13 @@ class TestTheGuidesWrappedLibrary(AlgorithmConformance):
     def config(self) -> AlgorithmConfig:
         config: AlgorithmConfig = PBIL.PbilConfig()
         return config
+
+
+class TestMapElites(AlgorithmConformance):
+    def config(self) -> AlgorithmConfig:
+        return MapElitesConfig(
+            axes=(Axis(measure="one", range=(0.2, 0.8), cells=5), Axis(measure="other", range=(0.2, 0.8), cells=4))
+        )
 
 
 def test_every_shipped_algorithm_is_tried_here() -> None:
