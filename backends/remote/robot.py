@@ -56,6 +56,7 @@ class RemoteRobot(Robot):
         open_bus: opens the bus; called again after the link was lost.
         body: whose body the host simulates in mode HIL.
         watch: which task ends the sensors tell, in the other modes.
+        drawing: what the robot and its arena look like, in the other modes.
     """
 
     def __init__(
@@ -65,6 +66,7 @@ class RemoteRobot(Robot):
         open_bus: Callable[[], can.BusABC],
         body: SimulatedBody | None = None,
         watch: Watch | None = None,
+        drawing: Drawing | None = None,
     ) -> None:
         if (body is None) == (settings.mode is Mode.HIL):
             raise ValueError(f"body: expected a simulated body in mode HIL and in no other, got {settings.mode.name}")
@@ -73,6 +75,7 @@ class RemoteRobot(Robot):
         self._connection = Connection(self._spec, settings, open_bus)
         self._body = StepwiseBody(body) if body is not None else None
         self._watch = watch
+        self._drawing = drawing if self._body is None else self._body.robot.drawing
         self._observer: TrialObserver | None = None
         self._complaint = ""
         self._interrupted: EndReason | None = None
@@ -85,7 +88,7 @@ class RemoteRobot(Robot):
 
     @property
     def drawing(self) -> Drawing | None:
-        return self._body.robot.drawing if self._body is not None else None
+        return self._drawing
 
     @property
     def link(self) -> RobotLink:
@@ -134,6 +137,9 @@ class RemoteRobot(Robot):
             "lateness of a control step": link.statistics.lateness,
         }
         return {name: durations for name, durations in told.items() if len(durations)}
+
+    def body_fingerprint(self) -> str | None:
+        return None if self._body is None else self._body.robot.body_fingerprint()
 
     def interrupt(self, reason: EndReason) -> None:
         """One frame, sent past whoever holds the link: STOP, or the latched stop of all robots."""

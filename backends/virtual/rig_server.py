@@ -12,6 +12,12 @@ from backends.virtual.body import VirtualBody
 from sceann_hil.errors import ConfigError
 
 
+class _Server(socketserver.ThreadingTCPServer):
+    allow_reuse_address = True
+    """A robot that is switched off and on gets its address back: its old connections hold it for a minute."""
+    daemon_threads = True
+
+
 class RigServer:
     """Puts a virtual body where it is told to.
 
@@ -46,10 +52,9 @@ class RigServer:
             return "ok"
 
         try:
-            self._server = socketserver.ThreadingTCPServer(("127.0.0.1", port), Handler)
+            self._server = _Server(("127.0.0.1", port), Handler)
         except OSError as error:
             raise ConfigError(f"--rig-port {port}: {error.strerror}.", "Choose another, or 0 for any.") from error
-        self._server.daemon_threads = True
         host, number = self._server.server_address[:2]
         self.address = f"{host!s}:{number}"
         self._thread = threading.Thread(target=self._server.serve_forever, args=(0.05,), name="rig", daemon=True)

@@ -18,7 +18,9 @@ from sceann_hil.api.trial import Trial, trials_of
 from sceann_hil.config import ExperimentConfig
 from sceann_hil.errors import NotARun
 from sceann_hil.journal import AttemptKind, AttemptRow, GenerationRow, IndividualRow, JournalReader, trial_arrays
+from sceann_hil.network.coding import genome_to_hex
 from sceann_hil.robot import Results
+from sceann_hil.run.champion import champion_of
 from sceann_hil.run.replay import journalled_config, journalled_trials, measured_trace
 
 if TYPE_CHECKING:
@@ -94,7 +96,7 @@ class Run:
         Raises:
             NotARun: none of its generations is finished yet.
         """
-        row = self._reader.champion()
+        row = champion_of(self._reader, keeps_best=self.config.algorithm.keeps_best)
         if row is None:
             raise NotARun(f"{self.directory} has no finished generation yet.", "Let it run on: `sceann resume`.")
         return self._individual(row)
@@ -106,6 +108,34 @@ class Run:
             NotARun: the run has no such individual.
         """
         return self._individual(self._reader.individual(identity))
+
+    def archive(self) -> pandas.DataFrame:
+        """What an algorithm like MAP-Elites keeps: one row per filled cell of its map, the best controller there.
+
+        Columns: each axis' cell and measure by name (``cell_x_m``, ``x_m``, ...), ``fitness``, ``genome``.
+
+        Raises:
+            NotARun: the run's algorithm keeps none, or none of its generations has begun.
+        """
+        last = self._reader.last_generation()
+        algorithm = self.config.algorithm.build(self.config.genome_length)
+        archive = None
+        if last is not None:
+            archive = algorithm.archive(algorithm.load(self._reader.algorithm_state(last.number)))
+        if archive is None:
+            raise NotARun(f"{self.directory}: the algorithm {self.config.algorithm.type} keeps no archive.", "")
+        cells = [f"cell_{name}" for name in archive.names]
+        rows = [
+            (*place, *measured, fitness, genome_to_hex(genome))
+            for place, measured, fitness, genome in zip(
+                archive.places.tolist(),
+                archive.measures.tolist(),
+                archive.fitness.tolist(),
+                archive.genomes,
+                strict=True,
+            )
+        ]
+        return table((*cells, *archive.names, "fitness", "genome"), rows)
 
     def lineage(self, individual: Individual) -> pandas.DataFrame:
         """The line of descent, from `individual` back to the first generation of this run; one row each.

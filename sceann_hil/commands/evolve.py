@@ -28,11 +28,12 @@ from sceann_hil.commands.arguments import (
     overrides_of,
     print_json,
 )
-from sceann_hil.commands.progress import show_progress
-from sceann_hil.commands.recording import Live, Record, RecordChoice, recorded, watched_live
+from sceann_hil.commands.progress import show_preparation, show_progress
+from sceann_hil.commands.recording import Live, Record, RecordChoice, must_be_watchable, recorded, watched_live
 from sceann_hil.config import load_config
 from sceann_hil.errors import ExitCode, as_user_error
 from sceann_hil.run.ancestor import Ancestor, Take
+from sceann_hil.run.champion import champion_of
 from sceann_hil.run.experiment import Experiment, Outcome
 from sceann_hil.supervision.operators import Desk
 from sceann_hil.supervision.operators.staff import beside
@@ -82,8 +83,8 @@ def evolve(
     with Experiment.create(settings, directory, Ancestor(ancestor, take) if ancestor else None) as experiment:
         try:
             _run(experiment, record, live, as_json, more=more)
-        except Exception as error:
-            # no robot, no panel: the same command should work once that is put right
+        except (Exception, KeyboardInterrupt) as error:
+            # no robot, no panel, Ctrl-C meanwhile: the same command should work once that is put right
             if as_user_error(error) is not None and experiment.forget():
                 Console(stderr=True, highlight=False).print("Nothing was begun; no run was kept.")
             raise
@@ -97,6 +98,15 @@ def resume(
     budget_robot: BudgetRobot = None,
     budget_wall: BudgetWall = None,
     budget_trials: BudgetTrials = None,
+    accept_versions: Annotated[
+        bool, typer.Option("--accept-versions", help="Go on although versions, or the simulated body, are others.")
+    ] = False,
+    from_generation: Annotated[
+        int | None,
+        typer.Option(
+            "--from-generation", min=0, metavar="N", help="Go back to generation N; the journal of before is kept."
+        ),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Go on with a run that was stopped, paused or killed, or whose budget was spent.
@@ -104,7 +114,9 @@ def resume(
     Example: sceann resume runs/first --budget-robot 2h
     """
     more = more_of(budget_robot, budget_wall, budget_trials)
-    with Experiment.open(directory) as experiment:
+    with Experiment.open(
+        directory, accept_other_versions=accept_versions, from_generation=from_generation
+    ) as experiment:
         _run(experiment, record, live, as_json, operator=operator, more=more)
 
 
@@ -121,14 +133,18 @@ def _run(
     settings = experiment.config.operator
     if operator is not None:
         settings = experiment.config.with_changes(settings=operator_override(operator)).operator
+    with show_preparation(console) as preparing:
+        experiment.config.algorithm.prepare(experiment.config, preparing)
     robot = experiment.config.robot.build()
+    if live:
+        must_be_watchable(robot)
     with ExitStack() as connected:
         # entered first, so left last: the robot is let go before anybody waits for recordings
         connected.enter_context(recorded(console, experiment.directory, record))
         with console.status(f"Getting {robot.spec.name} ready (compiled once, which takes some seconds)..."):
             connected.enter_context(robot)
         if live:
-            connected.enter_context(watched_live(robot, experiment.directory))
+            connected.enter_context(watched_live(robot, experiment.directory, partial(_show, console)))
         started = time.monotonic()
         show = partial(_show, console)
         last = experiment.config.algorithm.generations
@@ -177,7 +193,7 @@ def _show(console: Console, text: str) -> None:
 
 def _summary(experiment: Experiment, outcome: Outcome, evolved_s: float) -> dict[str, Any]:
     reader = experiment.journal.reader
-    champion = reader.champion()
+    champion = champion_of(reader, keeps_best=experiment.config.algorithm.keeps_best)
     generations = reader.generations(finished=True)
     return {
         "directory": str(experiment.directory),

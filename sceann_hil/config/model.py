@@ -11,6 +11,7 @@ from typing import Annotated, Any, Self, cast
 from pydantic import AfterValidator, Field, SerializeAsAny, model_validator
 
 from sceann_hil.config.problems import shown
+from sceann_hil.config.uncertainty import UncertaintyConfig
 from sceann_hil.network.coding import Coding, NetworkSize, genome_from_hex
 from sceann_hil.network.controller import ONE, Dynamics, Neuron
 from sceann_hil.network.phenotype import Phenotype
@@ -84,6 +85,8 @@ class ExperimentConfig(Section):
     """Ways to need less robot time."""
     reference: ReferenceConfig = ReferenceConfig()
     """A genome that is run again and again, to see the robot drift."""
+    uncertainty: UncertaintyConfig = UncertaintyConfig()
+    """What nobody knows of the robot, for `sceann transfer`."""
 
     @property
     def size(self) -> NetworkSize:
@@ -138,6 +141,13 @@ class ExperimentConfig(Section):
                 genome_from_hex(self.reference.genome, self.genome_length)
             except ValueError as error:
                 raise Misfit(f"genome: {str(error).removeprefix('genome: ')}", "reference.genome") from error
+        self._check_measures()
+        if self.algorithm.weighs_trials and self.saving != SavingConfig():
+            raise Misfit(
+                f"saving: expected nothing to be saved with algorithm {self.algorithm.type}, which weighs every trial",
+                "saving",
+                "algorithm.type",
+            )
         if self.saving.racing is not Racing.OFF and not self.algorithm.compares_only:
             raise Misfit(
                 f"racing: expected an algorithm that only compares fitness, got {self.algorithm.type}",
@@ -152,11 +162,47 @@ class ExperimentConfig(Section):
         except NotImplementedError:
             return  # a plug-in that is only a section yet: its keys can be checked, its trials cannot be run
         task.check_robot(self.robot.spec)
+        asked = self.operator.resolved(attended=self.robot.spec.attended) and self.operator.confirm
+        if task.score_by_operator and not asked:
+            raise Misfit(
+                "who: expected somebody who is asked after every trial (operator.confirm), because with "
+                "task.score_by_operator a person says how good it was",
+                "operator.who",
+                "operator.confirm",
+            )
+        if task.score_by_operator and self.reference.every is not None:
+            raise Misfit("reference: expected none, because its runs are not judged by a person", "reference.every")
         if self.saving.racing is not Racing.OFF and not math.isfinite(task.best_fitness - task.worst_fitness):
             raise Misfit(
                 f"racing: expected a task that says what its trials can be worth, got {self.task.type}",
                 "saving.racing",
                 "task.type",
+            )
+
+    def _check_measures(self) -> None:
+        """Measures must be offered, and be those of all trials.
+
+        Raises:
+            Misfit: they are not.
+        """
+        wanted = self.algorithm.measures
+        if not wanted:
+            return
+        offered = self.task.build().measure_names(self.robot.spec)
+        for name in wanted:
+            if name not in offered:
+                raise Misfit(
+                    f"the algorithm {self.algorithm.type} wants the measure {name}; task {self.task.type} on robot "
+                    f"{self.robot.type} offers {', '.join(offered) or 'none'}",
+                    "algorithm",
+                    "task.type",
+                )
+        saving = self.saving
+        if saving.reuse or saving.pool or saving.racing is not Racing.OFF:
+            raise Misfit(
+                f"saving: expected that every trial is run, because {self.algorithm.type} is told measures of all",
+                "saving",
+                "algorithm.type",
             )
 
 

@@ -3,9 +3,10 @@
 ``docs/adding-an-algorithm.md`` shows how another package adds one; `AskTellAlgorithm` wraps a library's.
 """
 
-from sceann_hil.evolution.algorithm import Algorithm, State
+from sceann_hil.evolution.algorithm import Algorithm, Archive, State
 from sceann_hil.evolution.ask_tell import AskTellAlgorithm, Optimiser, WrappedState
 from sceann_hil.evolution.generational import GenerationalAlgorithm, GenerationalConfig
+from sceann_hil.evolution.map_elites import MapElites, MapElitesConfig, MapElitesState
 from sceann_hil.evolution.oga import OGA, OGAConfig, OGAState
 from sceann_hil.evolution.oga_options import OGAOptions
 from sceann_hil.evolution.random_search import RandomSearch, RandomSearchConfig
@@ -15,9 +16,13 @@ __all__ = [
     "OGA",
     "SGA",
     "Algorithm",
+    "Archive",
     "AskTellAlgorithm",
     "GenerationalAlgorithm",
     "GenerationalConfig",
+    "MapElites",
+    "MapElitesConfig",
+    "MapElitesState",
     "OGAConfig",
     "OGAOptions",
     "OGAState",

@@ -26,6 +26,36 @@ class State:
     parents: NDArray[np.int32]
 
 
+@dataclass(frozen=True, slots=True)
+class Archive:
+    """Different good controllers, one for each filled cell of a grid over what they do (e elites, k axes).
+
+    Attributes:
+        names: of the axes' measures, with units.
+        ranges: lowest and highest value of each axis.
+        cells: number of cells along each axis.
+        places: cell of each elite along each axis, int64, shape ``(e, k)``.
+        genomes: bits, uint8, shape ``(e, L)``.
+        fitness: float64, shape ``(e,)``.
+        measures: float64, shape ``(e, k)``.
+    """
+
+    names: tuple[str, ...]
+    ranges: tuple[tuple[float, float], ...]
+    cells: tuple[int, ...]
+    places: NDArray[np.int64]
+    genomes: Bits
+    fitness: NDArray[np.float64]
+    measures: NDArray[np.float64]
+
+    @property
+    def grid(self) -> NDArray[np.float64]:
+        """Fitness by cell, NaN where it is empty, shape `cells`."""
+        grid = np.full(self.cells, np.nan)
+        grid[tuple(self.places.T)] = self.fitness
+        return grid
+
+
 StateT = TypeVar("StateT", bound=State)
 
 
@@ -68,9 +98,52 @@ class Algorithm(ABC, Generic[StateT]):
             ValueError: wrong shape, or a fitness that is not a number (a failed trial is never a number).
         """
 
+    def tell_measured(
+        self,
+        state: StateT,
+        fitness: NDArray[np.float64],
+        measures: NDArray[np.float64],
+        rng: np.random.Generator,
+    ) -> StateT:
+        """As `tell`, with more than one number for each individual.
+
+        Only algorithms whose configuration names `measures` are told them; the default ignores them.
+
+        Args:
+            state: as in `tell`.
+            fitness: as in `tell`.
+            measures: mean over each individual's trials, in the order of the configuration's `measures`, float64,
+                shape ``(population, n_measures)``.
+            rng: as in `tell`.
+
+        Raises:
+            ValueError: as in `tell`, or measures that are not finite numbers.
+        """
+        return self.tell(state, fitness, rng)
+
+    def wanted(self, state: StateT, n_trials: int) -> NDArray[np.bool_] | None:
+        """Which trials this generation is about, shape ``(population, n_trials)``; None for all of the task's."""
+        return None
+
+    def is_last(self, state: StateT) -> bool:
+        """True if the run is over once this generation is evaluated, whatever the configuration allows."""
+        return False
+
+    def remark(self, state: StateT) -> str:
+        """What people should know before this generation's trials: which individuals these are, and why."""
+        return ""
+
+    def heirs(self, state: StateT) -> Bits | None:
+        """Genomes that another algorithm can go on from, best first, shape ``(n, L)``; None for this generation's."""
+        return None
+
     def structures(self, state: StateT) -> list[str | None]:
         """What each individual has besides its expressed bits, as JSON for people; None where that is nothing."""
         return [None] * len(state.genomes)
+
+    def archive(self, state: StateT) -> Archive | None:
+        """The map of different controllers that `state` holds; None for algorithms that keep none."""
+        return None
 
     @abstractmethod
     def dump(self, state: StateT) -> bytes:

@@ -26,6 +26,20 @@ def checked_fitness(fitness: NDArray[np.float64], population: int) -> NDArray[np
     return checked
 
 
+def checked_measures(measures: NDArray[np.float64], population: int, count: int) -> NDArray[np.float64]:
+    """`measures` as contiguous float64.
+
+    Raises:
+        ValueError: not `count` finite numbers per individual.
+    """
+    checked = np.ascontiguousarray(measures, dtype=np.float64)
+    if np.shape(measures) != (population, count):
+        raise ValueError(f"measures: expected shape ({population}, {count}), got {np.shape(measures)}")
+    if not np.isfinite(checked).all():
+        raise ValueError("measures: expected finite numbers for every individual, got NaN or infinity")
+    return checked
+
+
 def check_shape(shape: tuple[int, ...], population: int, genome_length: int) -> None:
     """Refuse a state of another size, which compiled code would not notice.
 

@@ -23,6 +23,7 @@ class Task(ABC):
         best_fitness: no trial can be worth more (for the axes of plots, and for racing).
         worst_fitness: no trial can be worth less.
         goal_by_operator: the robot cannot tell that the goal is reached; a person says so.
+        score_by_operator: a person says after a trial how good it was, 0 to 9: that is `Results.values`.
     """
 
     name: str
@@ -31,6 +32,7 @@ class Task(ABC):
     best_fitness: float
     worst_fitness: float = 0.0
     goal_by_operator: bool = False
+    score_by_operator: bool = False
 
     @property
     @abstractmethod
@@ -44,6 +46,20 @@ class Task(ABC):
     @abstractmethod
     def succeeded(self, results: Results) -> NDArray[np.bool_]:
         """Which trials reached what the task asks for, shape ``(n,)``."""
+
+    def measure_names(self, spec: RobotSpec) -> tuple[str, ...]:
+        """Names, with units, of what `measures` tells of a trial: by default the fields of the body's state.
+
+        Algorithms that look for different controllers, not only for good ones, are told them.
+        """
+        return spec.state_fields
+
+    def measures(self, results: Results) -> NDArray[np.float64]:
+        """What the trials did besides their fitness, shape ``(n, n_measures)``: by default the state at their end.
+
+        It may depend on whatever a journal keeps of a trial, so on all fields of `results` but the traces.
+        """
+        return results.final_states.astype(np.float64)
 
     def check_robot(self, spec: RobotSpec) -> None:
         """Refuse a robot whose trials could not be this task's; asked of every task before anything runs.

@@ -16,6 +16,7 @@ from sceann_hil.network.coding import Bits
 from sceann_hil.network.phenotype import Phenotype
 from sceann_hil.robot import Results, Robot, TrialVoid
 from sceann_hil.robot.task import Task
+from sceann_hil.run.measures import Measures
 
 TRIALS_AT_ONCE = 1 << 18
 """Trials of one robot call: enough for every core, few enough that memory does not matter."""
@@ -28,10 +29,14 @@ class Outcomes:
     Attributes:
         fitness: of every trial, float64, shape ``(g, t)``.
         succeeded: it reached what the task asks for, bool, shape ``(g, t)``.
+        durations_s: robot time of every trial, float64, shape ``(g, t)``.
+        measures: what the algorithm is told besides, float64, shape ``(g, t, k)``; None if it wants nothing.
     """
 
     fitness: NDArray[np.float64]
     succeeded: NDArray[np.bool_]
+    durations_s: NDArray[np.float64]
+    measures: NDArray[np.float64] | None = None
 
     @property
     def mean_fitness(self) -> NDArray[np.float64]:
@@ -51,22 +56,24 @@ class BatchEvaluator:
         phenotype: how a genome becomes a controller.
         task: what a trial is and what it is worth.
         robot: connected.
+        measures: what an algorithm is told besides fitness.
 
     Raises:
         ValueError: the robot takes trials one by one, or wants a person beside it.
     """
 
-    def __init__(self, phenotype: Phenotype, task: Task, robot: Robot) -> None:
+    def __init__(self, phenotype: Phenotype, task: Task, robot: Robot, measures: Measures | None = None) -> None:
         if not robot.spec.takes_batches:
             raise ValueError(f"robot: expected one that runs any number of trials at once, got {robot.spec.name}")
         self.phenotype = phenotype
         self.task = task
         self.robot = robot
+        self.measures = measures
 
     @classmethod
     def of(cls, config: ExperimentConfig, robot: Robot) -> Self:
         """For an experiment; the robot is what its configuration builds."""
-        return cls(config.phenotype, config.task.build(), robot)
+        return cls(config.phenotype, config.task.build(), robot, Measures.of(config))
 
     def evaluate(self, genomes: Bits, noise: ArrayLike = 0, trial: NDArray[np.int64] | None = None) -> Outcomes:
         """Run all trials of some genomes.
@@ -83,7 +90,8 @@ class BatchEvaluator:
         trial = np.arange(self.task.n_trials) if trial is None else trial
         shape = (len(genomes), len(trial))
         keys = np.broadcast_to(np.asarray(noise, np.uint64), shape)
-        fitness, succeeded = np.empty(shape), np.empty(shape, np.bool_)
+        fitness, succeeded, durations_s = np.empty(shape), np.empty(shape, np.bool_), np.empty(shape)
+        measures = None if self.measures is None else np.empty((*shape, len(self.measures.columns)))
         step = max(1, TRIALS_AT_ONCE // max(1, len(trial)))
         for first in range(0, len(genomes), step):
             part = slice(first, first + step)
@@ -94,7 +102,10 @@ class BatchEvaluator:
             results.must_count()
             fitness[part] = _finite(self.task.fitness(results)).reshape(-1, len(trial))
             succeeded[part] = self.task.succeeded(results).reshape(-1, len(trial))
-        return Outcomes(fitness, succeeded)
+            durations_s[part] = results.durations_s.reshape(-1, len(trial))
+            if measures is not None and self.measures is not None:
+                measures[part] = self.measures.of_trials(results).reshape(-1, len(trial), measures.shape[2])
+        return Outcomes(fitness, succeeded, durations_s, measures)
 
     def trace(self, genomes: Bits, noise: ArrayLike = 0, trial: NDArray[np.int64] | None = None) -> Results:
         """Run all trials of a few genomes and keep every step of them, in the order of genomes, then trials.

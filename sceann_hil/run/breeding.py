@@ -7,10 +7,13 @@ from typing import Any
 
 from sceann_hil.evolution import Algorithm, State
 from sceann_hil.journal import Journal
+from sceann_hil.run.measures import Measures
 from sceann_hil.seeds import Purpose, generator
 
 
-def generations(journal: Journal, algorithm: Algorithm[Any], root_seed: int, last: int) -> Iterator[tuple[int, State]]:
+def generations(
+    journal: Journal, algorithm: Algorithm[Any], root_seed: int, last: int, measures: Measures | None = None
+) -> Iterator[tuple[int, State]]:
     """From wherever the journal stands.
 
     Args:
@@ -18,6 +21,7 @@ def generations(journal: Journal, algorithm: Algorithm[Any], root_seed: int, las
         algorithm: what makes the next generation.
         root_seed: of the run's seed tree.
         last: number of the last generation.
+        measures: what the algorithm is told besides fitness.
 
     Yields:
         Number and algorithm's state.
@@ -29,20 +33,32 @@ def generations(journal: Journal, algorithm: Algorithm[Any], root_seed: int, las
     else:
         number, state = row.number, algorithm.load(journal.reader.algorithm_state(row.number))
         if row.finished_at is not None:
-            if number >= last:
+            if number >= last or algorithm.is_last(state):
                 return
-            number, state = _breed(journal, algorithm, root_seed, number, state)
+            number, state = _breed(journal, algorithm, root_seed, number, state, measures)
     while True:
         yield number, state
-        if number >= last:
+        if number >= last or algorithm.is_last(state):
             return
-        number, state = _breed(journal, algorithm, root_seed, number, state)
+        number, state = _breed(journal, algorithm, root_seed, number, state, measures)
 
 
-def _breed(journal: Journal, algorithm: Algorithm[Any], root_seed: int, number: int, state: State) -> tuple[int, State]:
+def _breed(
+    journal: Journal,
+    algorithm: Algorithm[Any],
+    root_seed: int,
+    number: int,
+    state: State,
+    measures: Measures | None,
+) -> tuple[int, State]:
     rows = journal.reader.individuals(number)
     fitness = journal.reader.fitness(number)
-    child = algorithm.tell(state, fitness, generator(root_seed, Purpose.ALGORITHM, number + 1))
+    rng = generator(root_seed, Purpose.ALGORITHM, number + 1)
+    if measures is None:
+        child = algorithm.tell(state, fitness, rng)
+    else:
+        measured = measures.of_generation(journal.reader, number, len(rows))
+        child = algorithm.tell_measured(state, fitness, measured, rng)
     _begin(journal, algorithm, number + 1, child, {row.number: row.id for row in rows})
     return number + 1, child
 

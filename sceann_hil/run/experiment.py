@@ -28,13 +28,16 @@ from sceann_hil.journal import (
     GenerationRow,
     IndividualRow,
     Journal,
-    JournalReader,
     RunLock,
 )
+from sceann_hil.journal.reader import journal_path
+from sceann_hil.journal.salvage import return_to_generation
 from sceann_hil.robot import Robot
 from sceann_hil.run.ancestor import Ancestor
 from sceann_hil.run.breeding import generations
+from sceann_hil.run.champion import champion_of
 from sceann_hil.run.evaluator import Evaluator
+from sceann_hil.run.measures import Measures
 from sceann_hil.run.reference import ReferenceRuns
 from sceann_hil.run.session import Presence, begin_session
 from sceann_hil.supervision.forecast import Cost, Forecast
@@ -139,17 +142,25 @@ class Experiment:
         return experiment
 
     @classmethod
-    def open(cls, directory: Path) -> Self:
+    def open(cls, directory: Path, *, accept_other_versions: bool = False, from_generation: int | None = None) -> Self:
         """Go on with a run.
+
+        Args:
+            directory: its folder.
+            accept_other_versions: also on other versions, or with another simulated body, than the session before.
+            from_generation: forget what comes after this generation, damaged or not; the journal of before is kept.
 
         Raises:
             NotARun, RunIsNewer, RunIsDamaged, RunIsLocked: why not.
         """
-        # a folder that is no run gets no lock; and opening an old journal brings it up to date, which takes one
-        JournalReader(directory).close()
+        journal_path(directory)  # a folder that is no run gets no lock
         with ExitStack() as undo:
             lock = undo.enter_context(RunLock(directory))
+            if from_generation is not None:
+                return_to_generation(directory, from_generation)
+                shutil.rmtree(directory / RECORDING_NAME, ignore_errors=True)
             journal = Journal(directory)
+            journal.accept_other_versions = accept_other_versions
             undo.callback(journal.close)
             experiment = cls(directory, lock, journal)
             undo.pop_all()
@@ -176,21 +187,23 @@ class Experiment:
             RobotError: the robot's, and `TrialVoid` when a trial keeps failing. The run can be resumed.
         """
         config, reader, last = self.config, self.journal.reader, self.config.algorithm.generations
-        algorithm = config.algorithm.build(config.genome_length)
+        algorithm = config.algorithm.for_experiment(config)
         presence = Presence(desk or Desk(asks=False, stop=stop), stop, more or {})
         runner = begin_session(self.journal, config, robot, self._forecast(robot), presence)
         runner.before = ReferenceRuns(config.reference, runner, config.seed).run_if_due
         evaluator = Evaluator(runner, config.seed, config.saving)
         self.journal.note("started" if reader.last_generation() is None else "resumed", f"process {os.getpid()}")
         try:
-            for number, state in generations(self.journal, algorithm, config.seed, last):
+            for number, state in generations(self.journal, algorithm, config.seed, last, Measures.of(config)):
                 started = time.monotonic()
-                evaluation = evaluator.evaluate(number, algorithm.ask(state))
+                of = algorithm.wanted(state, runner.task.n_trials)
+                evaluation = evaluator.evaluate(number, algorithm.ask(state), of, algorithm.remark(state))
                 self.journal.finish_generation(
                     number, evaluation.fitness, time.monotonic() - started, evaluation.success_rate
                 )
-                report(self._progress(number, evaluation.fitness.size * runner.task.n_trials))
-                if number == last:
+                n_trials = evaluation.fitness.size * runner.task.n_trials if of is None else int(of.sum())
+                report(self._progress(number, n_trials))
+                if number == last or algorithm.is_last(state):
                     break
                 request = stop()
                 if request is StopRequest.AFTER_GENERATION:
@@ -227,7 +240,7 @@ class Experiment:
             return False
         self.journal.close()
         shutil.rmtree(self.directory / RECORDING_NAME, ignore_errors=True)
-        own = {CONFIG_NAME, LOCK_NAME, *(f"{JOURNAL_NAME}{end}" for end in ("", "-wal", "-shm"))}
+        own = {CONFIG_NAME, LOCK_NAME, *(f"{JOURNAL_NAME}{end}" for end in ("", "-wal", "-shm", ".seal"))}
         for path in list(self.directory.iterdir()):
             if path.name in own or Journal.is_unborn(path):
                 path.unlink()
@@ -249,7 +262,7 @@ class Experiment:
 
     def _progress(self, number: int, trials: int) -> Progress:
         reader = self.journal.reader
-        row, champion = reader.last_generation(), reader.champion()
+        row, champion = reader.last_generation(), champion_of(reader, keeps_best=self.config.algorithm.keeps_best)
         if row is None or champion is None:
             raise RuntimeError(f"generation {number} was finished and is not in the journal")
         return Progress(row, self.config.algorithm.generations, trials, champion)

@@ -134,8 +134,8 @@ class AlgorithmConformance(ABC):
         for bad in (np.nan, np.inf):
             spoilt = fitness.copy()
             spoilt[-1] = bad
-            _must_refuse(lambda spoilt=spoilt: algorithm.tell(state, spoilt, _rng()), f"tell: fitness {bad}")
-        _must_refuse(lambda: algorithm.tell(state, fitness[1:], _rng()), "tell: one fitness too few")
+            _must_refuse(lambda spoilt=spoilt: self._told(algorithm, state, spoilt, _rng()), f"tell: fitness {bad}")
+        _must_refuse(lambda: self._told(algorithm, state, fitness[1:], _rng()), "tell: one fitness too few")
 
     def test_only_the_order_of_fitness_counts_where_the_configuration_says_so(self) -> None:
         """`compares_only` allows races, which know no more than the order."""
@@ -143,7 +143,7 @@ class AlgorithmConformance(ABC):
             return
         algorithm, state = self._build(), self._run()[-1]
         fitness = _ones(state.genomes)
-        one, other = (algorithm.tell(state, values, _rng()) for values in (fitness, np.exp(fitness) - 3.0))
+        one, other = (self._told(algorithm, state, values, _rng()) for values in (fitness, np.exp(fitness) - 3.0))
         check(
             algorithm.dump(one) == algorithm.dump(other),
             "compares_only: the same order of other numbers gave another generation",
@@ -156,7 +156,20 @@ class AlgorithmConformance(ABC):
 
     def _tell(self, algorithm: Algorithm[Any], state: State, generation: int, seed: int = 1) -> State:
         """The state of `generation`, from the one before and a generator of its own, as in a run."""
-        told: State = algorithm.tell(state, _ones(algorithm.ask(state)), np.random.default_rng([seed, generation]))
+        genomes = algorithm.ask(state)
+        rng = np.random.default_rng([seed, generation])
+        return self._told(algorithm, state, _ones(genomes), rng)
+
+    def _told(self, algorithm: Algorithm[Any], state: State, fitness: Any, rng: np.random.Generator) -> State:
+        """The next state; measures are parts of ones in as many parts of the genome."""
+        wanted = self.config().measures
+        told: State
+        if wanted:
+            parts = np.array_split(algorithm.ask(state), len(wanted), axis=1)
+            measures = np.stack([part.mean(axis=1) for part in parts], axis=1)
+            told = algorithm.tell_measured(state, fitness, measures, rng)
+        else:
+            told = algorithm.tell(state, fitness, rng)
         return told
 
     def _run(self, seed: int = 1) -> list[State]:

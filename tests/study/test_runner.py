@@ -10,14 +10,16 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 import pytest
 from small_study import SMALL, assert_same_results
 
-from sceann_hil.errors import ConfigError, NotARun, RunIsLocked, RunIsNewer, StudyChanged, WorkersLost
+from sceann_hil.errors import ConfigError, NotARun, RunIsDamaged, RunIsLocked, RunIsNewer, StudyChanged, WorkersLost
 from sceann_hil.journal.disk import when_there_is_room
+from sceann_hil.journal.insertion import insert_row
 from sceann_hil.study import (
     STUDY_NAME,
     Block,
@@ -33,6 +35,7 @@ from sceann_hil.study import (
 )
 from sceann_hil.study.local import MOST_DEATHS
 from sceann_hil.study.runner import Todo
+from sceann_hil.study.schema import columns_of
 
 
 class Here:
@@ -134,6 +137,14 @@ def _some_runs(directory: Path) -> bool:
         return bool(reader.finished(0))
 
 
+def change(directory: Path, statement: str) -> None:
+    """Change a study's conditions behind its back, checksums and all."""
+    with sqlite3.connect(directory / STUDY_NAME) as db:
+        db.execute(statement)
+        for row in db.execute("SELECT number, identity, settings, config FROM condition").fetchall():
+            insert_row(db, "condition", row, replace=True, columns_of=columns_of)
+
+
 def test_a_changed_configuration_is_refused_with_the_difference(small: Study, tmp_path: Path) -> None:
     run_study(small, tmp_path, Here())
     for old, new, shown in [
@@ -148,16 +159,14 @@ def test_a_changed_configuration_is_refused_with_the_difference(small: Study, tm
 
 def test_a_default_that_changed_since_is_a_change_too(small: Study, tmp_path: Path) -> None:
     run_study(small, tmp_path, Here())
-    with sqlite3.connect(tmp_path / STUDY_NAME) as db:
-        db.execute("UPDATE condition SET config = replace(config, 'tick_s: 0.02', 'tick_s: 0.05')")
+    change(tmp_path, "UPDATE condition SET config = replace(config, 'tick_s: 0.02', 'tick_s: 0.05')")
     with pytest.raises(StudyChanged, match=r"robot.tick_s: 0.05 -> 0.02"):
         run_study(small, tmp_path, Here())
 
 
 def test_an_option_that_was_added_since_is_none(small: Study, tmp_path: Path) -> None:
     run_study(small, tmp_path, Here())
-    with sqlite3.connect(tmp_path / STUDY_NAME) as db:
-        db.execute("UPDATE condition SET config = replace(config, '  tick_s: 0.02\n', '')")
+    change(tmp_path, "UPDATE condition SET config = replace(config, '  tick_s: 0.02\n', '')")
     nothing = Here()
     run_study(small, tmp_path, nothing)
     assert nothing.done == []
@@ -193,7 +202,7 @@ def test_any_other_error_of_the_database_is_not_waited_for(small: Study, tmp_pat
     with StudyStore.begin_or_continue(small, tmp_path, "the test") as store:
         result = compute_block(next(Todo.of(small, store).blocks(1)))
         store._db.execute("DROP TABLE run")
-        with pytest.raises(sqlite3.OperationalError, match="no such table"):
+        with pytest.raises(RunIsDamaged, match="no such table"):
             when_there_is_room(lambda: store.record(result), lambda: None, lambda _: None)
 
 
@@ -228,3 +237,40 @@ def test_a_robot_that_takes_one_trial_at_a_time_is_refused(
     monkeypatch.setattr(robot, "spec", property(lambda _: spec))
     with pytest.raises(ConfigError, match="a study needs a simulated robot"):
         run_study(small, tmp_path, Here())
+
+
+def test_workers_end_with_a_parent_that_is_killed(small: Study, tmp_path: Path) -> None:
+    """Each holds 230 MB and would wait for work for ever."""
+    config = tmp_path / "small.yaml"
+    config.write_text(SMALL.replace("runs: 12", "runs: 100000"), encoding="utf-8")
+    command = [sys.executable, "-m", "sceann_hil.cli", "study", str(config), "--workers", "2", "--out", str(tmp_path)]
+    process = subprocess.Popen(command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL, start_new_session=True)
+    try:
+        deadline = time.monotonic() + 60
+        while not _some_runs(tmp_path / "small") and time.monotonic() < deadline:
+            time.sleep(0.1)
+        session = process.pid
+        assert len(_of_session(session)) >= 3
+        process.kill()
+        process.wait()
+        deadline = time.monotonic() + 30
+        while _of_session(session) and time.monotonic() < deadline:
+            time.sleep(0.1)
+        assert _of_session(session) == []
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+
+
+def _of_session(session: int) -> list[int]:
+    """Processes of a session that are alive."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = path.read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        if int(fields[3]) == session and fields[0] != "Z":
+            found.append(int(path.parent.name))
+    return found
