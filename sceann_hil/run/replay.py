@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -111,7 +111,11 @@ def replay(
             raise NotARun(f"trial {row.id} of {reader.directory} has no result to compare with.", "")
     trials = journalled_trials(reader, config, attempts)
     results = trials.completed(robot.run(trials))
-    fitness = config.task.build().fitness(results)
+    task = config.task.build()
+    if task.score_by_operator:
+        # nobody says it again: what is compared is everything else
+        results = replace(results, values=np.array([np.nan if row.value is None else row.value for row in attempts]))
+    fitness = task.fitness(results)
     return [
         [
             Comparison("end reason", row.end_reason, EndReason(results.end_reasons[i])),
