@@ -43,7 +43,8 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
     generations = reader.generations(finished=True)
     champion = champion_of(reader, keeps_best=outline.keeps_best)
     last = outline.generations
-    finished = len(generations) == last + 1
+    events = reader.events()
+    finished = len(generations) == last + 1 or (bool(events) and events[-1][2] == "finished")
     state = "finished" if finished else "running" if RunLock.is_held(directory) else "stopped"
     best = max(generations, key=lambda row: row.best_fitness or 0.0, default=None)
     document: dict[str, Any] = {
@@ -167,14 +168,35 @@ def _other_versions(reader: JournalReader) -> list[str]:
 
 
 def export_tables(
-    directory: RunDirectory,
+    directory: Annotated[
+        Path, typer.Argument(metavar="DIR", help="Folder of a run, or of a study.", show_default=False)
+    ],
     out: Annotated[Path | None, typer.Option("--out", metavar="FOLDER", show_default="DIR/tables")] = None,
+    form: Annotated[
+        str, typer.Option("--format", metavar="FORMAT", help="csv; of a study also parquet, for large ones.")
+    ] = "csv",
 ) -> None:
-    """Write a run's generations, individuals and trials as CSV files.
+    """Write a run's generations, individuals and trials, or a study's conditions and runs, as CSV files.
 
     Example: sceann export-csv runs/first --out tables
     """
-    for path in export_csv(JournalReader(directory), out or directory / "tables"):
+    folder = out or directory / "tables"
+    if form not in ("csv", "parquet"):
+        raise typer.BadParameter(f"expected csv or parquet, got {form}", param_hint="--format")
+    # a study's modules are slow to import, and few exports are of one
+    from sceann_hil.study.schema import STUDY_NAME
+
+    if (directory / STUDY_NAME).exists():
+        from sceann_hil.study.store import StudyReader
+        from sceann_hil.study.tables import Format, export_study
+
+        with StudyReader(directory) as reader:
+            paths = export_study(reader, folder, Format(form))
+    elif form == "parquet":
+        raise typer.BadParameter("parquet is for studies; this is a run", param_hint="--format")
+    else:
+        paths = export_csv(JournalReader(directory), folder)
+    for path in paths:
         typer.echo(path)
 
 
