@@ -6,7 +6,6 @@ import json
 import sqlite3
 import zlib
 from collections.abc import Iterator
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +27,9 @@ from sceann_hil.journal.rows import (
     RunRow,
     SessionRow,
     SpentRow,
+    generation_row,
+    place_of,
+    session_row,
 )
 from sceann_hil.journal.schema import APPLICATION_ID, JOURNAL_NAME, SCHEMA_VERSION, UNBORN_NAME, columns_of
 
@@ -115,17 +117,17 @@ class JournalReader:
     def generations(self, *, finished: bool = False) -> list[GenerationRow]:
         """All generations in order, or only those that are finished."""
         where = "WHERE finished_at IS NOT NULL" if finished else ""
-        return [_generation(row) for row in self.rows("generation", f"{where} ORDER BY number")]
+        return [generation_row(row) for row in self.rows("generation", f"{where} ORDER BY number")]
 
     def generation(self, number: int) -> GenerationRow | None:
         """One generation; None if there is none of this number."""
         rows = self.rows("generation", "WHERE number = ?", number)
-        return _generation(rows[0]) if rows else None
+        return generation_row(rows[0]) if rows else None
 
     def last_generation(self) -> GenerationRow | None:
         """The newest generation, finished or not; None in a run that has not begun."""
         rows = self.rows("generation", "ORDER BY number DESC LIMIT 1")
-        return _generation(rows[0]) if rows else None
+        return generation_row(rows[0]) if rows else None
 
     def algorithm_state(self, generation: int) -> bytes:
         """The algorithm's state that a generation began with."""
@@ -269,7 +271,7 @@ class JournalReader:
     def sessions(self) -> list[SessionRow]:
         """All processes that worked on the run in order."""
         with understood(self.path):
-            return [_session(dict(zip(columns_of("session"), row, strict=True))) for row in self.rows("session")]
+            return [session_row(dict(zip(columns_of("session"), row, strict=True))) for row in self.rows("session")]
 
     def measurements(self) -> list[MeasurementRow]:
         """All measurements outside evolution in order."""
@@ -353,7 +355,7 @@ class JournalReader:
         with understood(self.path):
             wrong = first_wrong(rows) if rows else None
         if wrong is not None:
-            raise self.damaged(f"{_place(table, wrong)} is not as it was written")
+            raise self.damaged(f"{place_of(table, wrong)} is not as it was written")
 
     def _attempts(self, where: str, *values: Any) -> list[AttemptRow]:
         rows = self.rows("attempt", where, *values)
@@ -366,31 +368,6 @@ class JournalReader:
     def starts(self) -> dict[int, tuple[float, ...]]:
         """Start values by their id."""
         return {row[0]: tuple(json.loads(row[1])) for row in self.rows("start")}
-
-
-def _generation(row: tuple[Any, ...]) -> GenerationRow:
-    return GenerationRow(row[0], *row[4:13])
-
-
-def _session(row: dict[str, Any]) -> SessionRow:
-    row["versions"] = json.loads(row["versions"])
-    return SessionRow(**{field.name: row[field.name] for field in fields(SessionRow)})
-
-
-def _place(table: str, row: tuple[Any, ...]) -> str:
-    names = dict(zip(columns_of(table), row, strict=False))
-    match table:
-        case "attempt":
-            of = "" if names["generation"] is None else f" of generation {names['generation']}"
-            return f"trial {names['id']}{of}"
-        case "individual":
-            return f"individual {names['id']} of generation {names['generation']}"
-        case "trace":
-            return f"what the robot sent in trial {names['attempt']}"
-        case "run":
-            return "the run itself (name, configuration, versions)"
-        case _:
-            return f"{table} {row[0]}"
 
 
 def _within_64_bits(number: int) -> int:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import json
+from dataclasses import dataclass, fields
+from typing import Any
 
 from sceann_hil.errors import NotARun
 from sceann_hil.journal.entries import AttemptKind
+from sceann_hil.journal.schema import columns_of
 from sceann_hil.network.coding import Bits, genome_from_hex
 from sceann_hil.robot import EndReason
 
@@ -144,3 +147,31 @@ class SpentRow:
     trials: int
     unsettled: int
     battery_charges: float
+
+
+def generation_row(row: tuple[Any, ...]) -> GenerationRow:
+    """From a row of the table."""
+    return GenerationRow(row[0], *row[4:13])
+
+
+def session_row(row: dict[str, Any]) -> SessionRow:
+    """From a row of the table, by names."""
+    row["versions"] = json.loads(row["versions"])
+    return SessionRow(**{field.name: row[field.name] for field in fields(SessionRow)})
+
+
+def place_of(table: str, row: tuple[Any, ...]) -> str:
+    """What a row is, for messages."""
+    names = dict(zip(columns_of(table), row, strict=False))
+    match table:
+        case "attempt":
+            of = "" if names["generation"] is None else f" of generation {names['generation']}"
+            return f"trial {names['id']}{of}"
+        case "individual":
+            return f"individual {names['id']} of generation {names['generation']}"
+        case "trace":
+            return f"what the robot sent in trial {names['attempt']}"
+        case "run":
+            return "the run itself (name, configuration, versions)"
+        case _:
+            return f"{table} {row[0]}"

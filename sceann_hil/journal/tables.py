@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import fields
-from functools import cache
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from sceann_hil.errors import RunExists
 from sceann_hil.journal.reader import JournalReader
@@ -66,23 +67,14 @@ def _trials(reader: JournalReader) -> Iterator[Iterable[object]]:
         for generation in reader.generations():
             yield from map(_attempt_cells, reader.attempts(generation.number))
         return
-    starts = reader.starts()
-    columns = columns_of("attempt")
-    start, key, state = columns.index("start"), columns.index("noise_key"), columns.index("final_state")
-    kept = [place for place, name in enumerate(columns) if not name.endswith("_at")]
-
-    @cache
-    def start_text(identity: int) -> str:
-        return " ".join(map(repr, starts[identity]))
-
+    starts = {identity: " ".join(map(repr, values)) for identity, values in reader.starts().items()}
+    names = columns_of("attempt")
     for rows in reader.all_rows("attempt", "id"):
-        for row in rows:
-            cells = list(row)
-            cells[start] = start_text(row[start])
-            cells[key] = row[key] & 0xFFFFFFFFFFFFFFFF
-            if row[state] is not None:
-                cells[state] = row[state][1:-1].replace(",", " ")
-            yield [cells[place] for place in kept]
+        columns: dict[str, Sequence[Any]] = dict(zip(names, zip(*rows, strict=True), strict=True))
+        columns["start"] = [starts[identity] for identity in columns["start"]]
+        columns["noise_key"] = np.array(columns["noise_key"], np.int64).view(np.uint64).tolist()
+        columns["final_state"] = [text and text[1:-1].replace(",", " ") for text in columns["final_state"]]
+        yield from zip(*(columns[name] for name in names if not name.endswith("_at")), strict=True)
 
 
 def _attempt_cells(row: AttemptRow) -> list[object]:

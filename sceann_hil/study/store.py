@@ -7,7 +7,6 @@ import sqlite3
 import time
 from contextlib import suppress
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Self
 
@@ -21,19 +20,17 @@ from sceann_hil.journal import RunLock
 from sceann_hil.journal.checksums import first_wrong
 from sceann_hil.journal.database import DatabaseKind, as_ours, open_database, understood
 from sceann_hil.journal.insertion import insert_row
-from sceann_hil.journal.schema import statements
-from sceann_hil.journal.seal import Sealer, is_untouched, seal_path
+from sceann_hil.journal.seal import Sealer, is_untouched
 from sceann_hil.journal.transactions import Transactions
 from sceann_hil.journal.verify import Verdict, complaints_of_sqlite
 from sceann_hil.places import make_folder
 from sceann_hil.study.condition import Condition
 from sceann_hil.study.config import Study
 from sceann_hil.study.lockstep import BlockResult
+from sceann_hil.study.making import bring_up_to_date, create_study, identity_text, now_text, read_as_today
 from sceann_hil.study.schema import (
     APPLICATION_ID,
-    AS_TODAY,
     COLUMNS,
-    SCHEMA,
     SCHEMA_VERSION,
     STUDY_NAME,
     columns_of,
@@ -104,7 +101,7 @@ class StudyReader:
             database, self._schema = open_database(KIND, _study_path(directory), write=False, checked=checked)
         self._db = database
         if self._schema < SCHEMA_VERSION:
-            _read_as_today(self._db)
+            read_as_today(self._db)
         try:
             rows = self.rows("study")
             if not rows:
@@ -205,7 +202,7 @@ class StudyStore(StudyReader):
         try:
             if schema < SCHEMA_VERSION:
                 with as_ours(path, "study"):
-                    _bring_up_to_date(db)
+                    bring_up_to_date(db)
             super().__init__(directory, db)
             self._transaction = Transactions(db, path, Sealer(path), "study")
             self._begin_session(workers, accept_other_versions)
@@ -235,7 +232,7 @@ class StudyStore(StudyReader):
         try:
             # whether there is one is looked at when nobody else can make it
             if not (directory / STUDY_NAME).exists():
-                _create(study, directory)
+                create_study(study, directory)
             with StudyReader(directory) as reader:
                 _check_unchanged(reader, study)
             return cls(directory, workers, lock, accept_other_versions=accept_other_versions)
@@ -280,7 +277,7 @@ class StudyStore(StudyReader):
                 "Go on with the versions of before, choose another --out, or give --accept-versions: then the study "
                 "says which runs were made with which versions.",
             )
-        row = (len(sessions) + 1, _now(), workers, 0.0, 0, json.dumps(now))
+        row = (len(sessions) + 1, now_text(), workers, 0.0, 0, json.dumps(now))
         with self._transaction:
             insert_row(self._db, "session", row, columns_of=columns_of)
         self._session = dict(zip(columns_of("session"), row, strict=True))
@@ -311,7 +308,7 @@ def examine_study(directory: Path) -> Verdict:
 
 def _check_unchanged(reader: StudyReader, study: Study) -> None:
     rows = [(row[1], row[3]) for row in reader.rows("condition", "ORDER BY number")]
-    if reader.seed == study.config.seed and rows == [(_hex(c), c.text) for c in study.conditions]:
+    if reader.seed == study.config.seed and rows == [(identity_text(c), c.text) for c in study.conditions]:
         return
     differences = data_difference(reader.written, study.written)
     if not differences:
@@ -327,77 +324,9 @@ def _check_unchanged(reader: StudyReader, study: Study) -> None:
     )
 
 
-def _create(study: Study, directory: Path) -> None:
-    path = directory / STUDY_NAME
-    unfinished = path.with_suffix(".new")
-    unfinished.unlink(missing_ok=True)
-    seal_path(path).unlink(missing_ok=True)
-    about = (study.config.name, study.config.about, _now(), study.config.seed)
-    with as_ours(path, "study"):
-        db = sqlite3.connect(unfinished, isolation_level=None)
-        try:
-            db.execute("BEGIN IMMEDIATE")
-            _make_tables(db)
-            row = (1, *about, json.dumps(study.written), json.dumps(running_versions()))
-            insert_row(db, "study", row, columns_of=columns_of)
-            for c in study.conditions:
-                insert_row(db, "condition", (c.number, _hex(c), json.dumps(c.settings), c.text), columns_of=columns_of)
-            db.execute("COMMIT")
-        finally:
-            db.close()
-    unfinished.replace(path)
-
-
-def _make_tables(db: sqlite3.Connection) -> None:
-    for statement in statements(SCHEMA):
-        db.execute(statement)
-    db.execute(f"PRAGMA application_id = {APPLICATION_ID}")
-    db.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
-    db.execute("INSERT INTO head VALUES (1, 0)")
-
-
-def _read_as_today(db: sqlite3.Connection) -> None:
-    """Let a connection see the tables of today in a study of schema 1, which stays as it is."""
-    db.execute("PRAGMA temp_store = MEMORY")
-    for table, question in AS_TODAY.items():
-        db.execute(f"CREATE TEMP VIEW {table} AS SELECT *, NULL AS checksum FROM ({question.format('main.')})")
-
-
-def _bring_up_to_date(db: sqlite3.Connection) -> None:
-    """Change a study of schema 1 into one of today's, all of it or, if anything stops that, nothing."""
-    db.execute("PRAGMA foreign_keys = OFF")
-    db.execute("PRAGMA legacy_alter_table = ON")
-    db.execute("BEGIN IMMEDIATE")
-    try:
-        for table in AS_TODAY:
-            db.execute(f"ALTER TABLE {table} RENAME TO old_{table}")
-        _make_tables(db)
-        for table, question in AS_TODAY.items():
-            for row in db.execute(question.format("old_")).fetchall():
-                insert_row(db, table, row, columns_of=columns_of)
-        for table in reversed(AS_TODAY):
-            db.execute(f"DROP TABLE old_{table}")
-        db.execute("COMMIT")
-    except BaseException:
-        if db.in_transaction:
-            db.execute("ROLLBACK")
-        raise
-    finally:
-        db.execute("PRAGMA legacy_alter_table = OFF")
-        db.execute("PRAGMA foreign_keys = ON")
-
-
 def _study_path(directory: Path) -> Path:
     path = directory / STUDY_NAME
     if not path.is_file():
         what = "holds no study" if directory.is_dir() else "does not exist"
         raise NotARun(f"{directory} {what}.", "Name the folder that `sceann study` printed (its --out).")
     return path
-
-
-def _hex(condition: Condition) -> str:
-    return f"{condition.identity:016x}"
-
-
-def _now() -> str:
-    return datetime.now(UTC).isoformat(timespec="seconds")
