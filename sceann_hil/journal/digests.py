@@ -54,7 +54,9 @@ def finished_digest(db: sqlite3.Connection, number: int, begun: str) -> str:
         begun: its `begun_digest`.
     """
     figures = db.execute(f"SELECT {_FIGURES} FROM generation WHERE number = ?", (number,)).fetchone()
-    before = db.execute("SELECT coalesce(max(last_attempt), 0) FROM generation WHERE number < ?", (number,)).fetchone()
+    before = db.execute(
+        "SELECT coalesce(max(last_attempt), 0) FROM generation WHERE number = ?", (number - 1,)
+    ).fetchone()
     digest = hashlib.sha256(json.dumps([begun, *figures]).encode())
     for question, values in (
         ("SELECT checksum FROM individual WHERE generation = ? ORDER BY number", (number,)),

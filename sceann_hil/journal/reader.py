@@ -196,7 +196,7 @@ class JournalReader:
         """A generation's attempts in the order of their ids."""
         if self._schema < SCHEMA_VERSION:
             return self._attempts("WHERE generation = ? ORDER BY id", generation)
-        before = self.one("SELECT max(last_attempt) FROM generation WHERE number < ?", generation)[0]
+        before = self.one("SELECT max(last_attempt) FROM generation WHERE number = ?", generation - 1)[0]
         last = self.one("SELECT max(last_attempt) FROM generation WHERE number = ?", generation)[0]
         return self._attempts(
             "WHERE id > ? AND id <= ? AND generation = ? ORDER BY id", before or 0, last or 2**62, generation

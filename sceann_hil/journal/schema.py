@@ -36,7 +36,6 @@ CREATE TABLE head (
 
 CREATE TABLE generation (
     number          INTEGER PRIMARY KEY,
-    algorithm_state BLOB NOT NULL,   -- all the algorithm needs to go on from this population
     started_at      TEXT NOT NULL,
     state_checksum  INTEGER,         -- CRC-32 of algorithm_state
     begun_digest    TEXT,            -- SHA-256 of the digest before, and of what this generation begins with
@@ -51,7 +50,8 @@ CREATE TABLE generation (
     success_rate    REAL,            -- part of its trials that reached what the task asks for
     last_attempt    INTEGER,         -- the newest attempt when it was finished: what came after the one before is its
     digest          TEXT,            -- SHA-256 of begun_digest, figures, individuals and attempts of all kinds
-    checksum        INTEGER
+    checksum        INTEGER,
+    algorithm_state BLOB NOT NULL    -- all the algorithm needs to go on from this population
 ) STRICT;
 
 CREATE TABLE individual (

@@ -38,7 +38,8 @@ from sceann_hil.robot import EndReason, Results
 from sceann_hil.versions import running_versions, version_differences
 
 _INTENT = columns_of("attempt")[:12]
-_NOT_YET: tuple[Column, ...] = (None,) * (len(columns_of("attempt")) - len(_INTENT))
+_RESULT = columns_of("attempt")[12:]
+_NOT_YET: tuple[Column, ...] = (None,) * len(_RESULT)
 
 
 class Journal:
@@ -168,9 +169,11 @@ class Journal:
                 ),
             ]
             checksums = row_checksums([*known, *_NOT_YET], n)
+            given = [(name, column) for name, column in zip(_INTENT, known, strict=True) if column is not None]
             self._db.executemany(
-                f"INSERT INTO attempt ({', '.join(_INTENT)}, checksum) VALUES ({'?, ' * len(_INTENT)}?)",
-                zip(*(_listed(column, n) for column in known), checksums, strict=True),
+                f"INSERT INTO attempt ({', '.join(name for name, _ in given)}, checksum) "
+                f"VALUES ({'?, ' * len(given)}?)",
+                zip(*(_listed(column, n) for _, column in given), checksums, strict=True),
             )
             self._add_to_session(attempts=n)
         self._fresh = ids, known
@@ -206,11 +209,12 @@ class Journal:
             [_joined(note, said) for note in notes] if notes is not None else said,
         ]
         checksums = row_checksums([*known, *learned], n)
-        names_of = columns_of("attempt")[len(_INTENT) :]
+        # what nobody knows is NULL already
+        told = [(name, column) for name, column in zip(_RESULT, learned, strict=True) if column is not None]
         with self._transaction:
             self._db.executemany(
-                f"UPDATE attempt SET {', '.join(f'{name} = ?' for name in names_of)}, checksum = ? WHERE id = ?",
-                zip(*(_listed(column, n) for column in learned), checksums, ids.tolist(), strict=True),
+                f"UPDATE attempt SET {', '.join(f'{name} = ?' for name, _ in told)}, checksum = ? WHERE id = ?",
+                zip(*(_listed(column, n) for _, column in told), checksums, ids.tolist(), strict=True),
             )
             self._add_to_session(
                 ended=n,
@@ -239,7 +243,7 @@ class Journal:
             )
             update_checksums(self._db, "individual", "WHERE generation = ?", number)
             own = (
-                "FROM attempt WHERE id > (SELECT coalesce(max(last_attempt), 0) FROM generation WHERE number < ?1) "
+                "FROM attempt WHERE id > (SELECT coalesce(max(last_attempt), 0) FROM generation WHERE number = ?1 - 1) "
                 "AND generation = ?1 AND end_reason IS NOT NULL"
             )
             attempts, robot_s, operator_s = self._db.execute(
