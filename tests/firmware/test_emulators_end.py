@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -15,7 +16,8 @@ STARTS = {
     "qemu": (
         "from sceann_hil.firmware.emulated.qemu import QemuBoard as B; from sceann_hil.firmware.build import Board; "
         "import subprocess; b = B(Board.LM3S6965); keeper = b._process.keeper.pid; pid = ''\n"
-        "while not pid: pid = subprocess.run(['pgrep', '-P', str(keeper)], capture_output=True, text=True).stdout.strip()"
+        "ask = ['pgrep', '-P', str(keeper)]\n"
+        "while not pid: pid = subprocess.run(ask, capture_output=True, text=True).stdout.strip()"
     ),
 }
 
@@ -40,7 +42,6 @@ def test_a_killed_parent_takes_its_board_with_it(board: str) -> None:
 
 def _alive(pid: int) -> bool:
     try:
-        with open(f"/proc/{pid}/stat") as stat:
-            return stat.read().rsplit(")", 1)[1].split()[0] != "Z"
+        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
     except FileNotFoundError:
         return False
