@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from datetime import timedelta
 from typing import Annotated
 
 import typer
@@ -14,6 +13,7 @@ from sceann_hil.config import load_config, schema_text
 from sceann_hil.registry import Group, available, package_of
 from sceann_hil.run.plan import PROMPT_S, Plan
 from sceann_hil.study import study_schema_text
+from sceann_hil.timespans import duration_text
 
 
 def register(app: typer.Typer) -> None:
@@ -66,17 +66,14 @@ def plan(config: ConfigFile, seed: Seed = None, overrides: Overrides = None, as_
     table.add_row("generations", f"{forecast.generations} of {forecast.population} individuals")
     table.add_row("trials", f"{forecast.trials} ({forecast.trials_per_individual} per individual)")
     table.add_row(
-        "robot time at most", f"{_time(forecast.longest_robot_s)} ({_time(forecast.longest_trial_s)} per trial)"
+        "robot time at most",
+        f"{duration_text(forecast.longest_robot_s)} ({duration_text(forecast.longest_trial_s)} per trial)",
     )
     table.add_row("prompts to a person", str(forecast.prompts))
     if not forecast.simulated:
-        table.add_row("wall time at most", f"{_time(forecast.longest_wall_s)} ({PROMPT_S:g} s per prompt)")
+        table.add_row("wall time at most", f"{duration_text(forecast.longest_wall_s)} ({PROMPT_S:g} s per prompt)")
     else:
         table.add_row("wall time", "far less: robot time is simulated")
     if forecast.fits:
         table.add_row("within the budget", forecast.fits)
     Console().print(table)
-
-
-def _time(seconds: float) -> str:
-    return f"{seconds:g} s" if seconds < 60 else str(timedelta(seconds=round(seconds)))

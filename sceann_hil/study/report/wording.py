@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from datetime import timedelta
 
 from sceann_hil.study.report.cells import StudyData
 from sceann_hil.study.report.claims import Claim
 from sceann_hil.study.report.page import Page
 from sceann_hil.study.statistics import Interval, Verdict
+from sceann_hil.timespans import duration_text
 
 _MARKS = {Verdict.HOLDS: "✓ holds", Verdict.DOES_NOT_HOLD: "✗ does not hold", Verdict.CANNOT_TELL: "? cannot tell"}
 
@@ -23,17 +23,12 @@ def verdict_text(verdict: Verdict) -> str:
     return f"**{_MARKS[verdict]}**"
 
 
-def duration(seconds: float) -> str:
-    """Seconds for people."""
-    return f"{seconds:.0f} s" if seconds < 120 else str(timedelta(seconds=round(seconds)))
-
-
 def runs_sentence(study: StudyData) -> str:
     """How much was run, and how long it took."""
     missing = f" {study.missing} conditions have no runs yet." if study.missing else ""
     return (
         f"Study `{study.name}`: {len(study.cells)} conditions, {study.n_runs} runs each, seed {study.seed}; "
-        f"{duration(study.effort.wall_s)} on {', then '.join(study.effort.workers)}.{missing}"
+        f"{duration_text(study.effort.wall_s)} on {', then '.join(study.effort.workers)}.{missing}"
     )
 
 
