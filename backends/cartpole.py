@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import StrEnum
 from functools import cached_property
-from typing import Annotated, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from backends.simulation.engine import SimulatedRobot
 from backends.simulation.gap import Gap
 from backends.simulation.lanes import RUNNING
 from backends.simulation.maths import cosine, sine
-from backends.simulation.settings import GapConfig
+from backends.simulation.settings import GapConfig, values_of_gap
 from sceann_hil.network.compiled import compiled_part
 from sceann_hil.network.neurons import LANES
 from sceann_hil.plugins import RobotConfig
@@ -207,6 +208,16 @@ def _drawing() -> Drawing:
 class CartPoleConfig(RobotConfig):
     """A simulated cart with a pole."""
 
+    usual_uncertainty: ClassVar[Mapping[str, Any]] = {
+        "gap.sensor_offset": {"normal": [0.0, 0.005]},
+        "gap.sensor_gain": {"normal": [1.0, 0.02]},
+        "gap.sensor_noise": 0.001,
+        "gap.motor_gain": {"normal": [1.0, 0.1]},
+        "gap.motor_dead_band": {"uniform": [0.0, 0.05]},
+        "gap.latency_steps": {"uniform": [0.0, 1.49]},
+    }
+    """A position and an angle by potentiometer or encoder, a belt drive; docs/transfer.md gives the reasons."""
+
     type: Literal["cartpole"] = "cartpole"
     n_sensors: Literal[2, 4] = 2
     """2: position and angle; 4: also their velocities."""
@@ -220,6 +231,9 @@ class CartPoleConfig(RobotConfig):
     """Pole velocities from minus to plus this are scaled to [0, 1]."""
     gap: GapConfig = GapConfig()
     """How the body differs from the ideal one."""
+
+    def values_of(self, key: str) -> int:
+        return values_of_gap(key, self.n_sensors, 1)
 
     @property
     def spec(self) -> RobotSpec:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import Annotated, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from backends.simulation.engine import SimulatedRobot
 from backends.simulation.gap import Gap
 from backends.simulation.lanes import RUNNING
 from backends.simulation.maths import arctangent2, cosine, sine, wrap_angle
-from backends.simulation.settings import GapConfig
+from backends.simulation.settings import GapConfig, values_of_gap
 from backends.world.body import WorldDrive
 from backends.world.config import WorldConfig
 from backends.world.layout import Motion
@@ -198,6 +198,20 @@ _PAPER_ONLY = ("n_sensors", "sensor_field_deg", "sensor_half_width_deg", "sensor
 class DifferentialDriveConfig(RobotConfig):
     """A simulated two-wheeled robot in a walled arena with a target."""
 
+    usual_uncertainty: ClassVar[Mapping[str, Any]] = {
+        "gap.sensor_offset": {"normal": [0.0, 0.01]},
+        "gap.sensor_gain": {"normal": [1.0, 0.1]},
+        "gap.sensor_noise": 0.01,
+        "gap.motor_gain": {"uniform": [0.6, 1.2]},
+        "gap.motor_dead_band": {"uniform": [0.0, 0.2]},
+        "gap.latency_steps": {"uniform": [0.0, 2.49]},
+        "radius_m": {"scaled": [0.85, 1.2]},
+        "sensor_half_width_deg": {"scaled": [0.7, 1.4]},
+        "sensor_reference_m": {"scaled": [0.6, 1.5]},
+        "motion_noise": {"uniform": [0.05, 0.2]},
+    }
+    """Tolerances of cheap parts; docs/transfer.md gives the reasons."""
+
     type: Literal["diffdrive"] = "diffdrive"
     n_sensors: Annotated[int, Field(ge=1, le=20)] = 7
     """Infrared sensors, spread over the frontal field."""
@@ -225,6 +239,9 @@ class DifferentialDriveConfig(RobotConfig):
     """What stands in the arena and what the robot feels of it, instead of the paper's sensors for the target."""
     gap: GapConfig = GapConfig()
     """How the body differs from the ideal one."""
+
+    def values_of(self, key: str) -> int:
+        return values_of_gap(key, self.n_sensors, 2)
 
     @property
     def spec(self) -> RobotSpec:

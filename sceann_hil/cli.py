@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from sceann_hil.commands.lazy import LazyCommands, add_placeholders
+from sceann_hil.commands.streams import prepare as prepare_streams
 
 app = typer.Typer(
     name="sceann",
@@ -55,8 +56,13 @@ def options(
 def main() -> None:
     """Run the command line; a user's error gets its message and its exit code, a bug keeps its traceback."""
     try:
-        app()
-    except Exception as error:
+        prepare_streams()
+        try:
+            app()
+        finally:
+            # a full disk behind standard output is told here, not by the interpreter on its way out
+            sys.stdout.flush()
+    except (Exception, KeyboardInterrupt) as error:
         from rich.console import Console
         from rich.markup import escape
 

@@ -11,7 +11,7 @@ This module imports nothing of the framework at run time, so that every other mo
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from pydantic import BaseModel, ConfigDict
 
 if TYPE_CHECKING:
+    from sceann_hil.config import ExperimentConfig
     from sceann_hil.evolution.algorithm import Algorithm
     from sceann_hil.robot import Robot, RobotSpec
     from sceann_hil.robot.task import Task
@@ -49,6 +50,13 @@ class PluginConfig(Section):
 
 class RobotConfig(PluginConfig):
     """The `robot` section."""
+
+    usual_uncertainty: ClassVar[Mapping[str, Any]] = {}
+    """What is usually not known of such a body, by key, as `uncertainty.keys` has it."""
+
+    def values_of(self, key: str) -> int:
+        """How many values a dotted key of this section takes: one for each sensor or motor where they differ, or 1."""
+        return 1
 
     @property
     @abstractmethod
@@ -132,6 +140,8 @@ class AlgorithmConfig(PluginConfig):
 
     compares_only: ClassVar[bool] = False
     """It uses fitness only to compare individuals, so any numbers in the same order give the same next generation."""
+    weighs_trials: ClassVar[bool] = False
+    """It weighs every trial by itself, so nothing but a generation's own trials may count in it."""
 
     population: int
     """Individuals per generation."""
@@ -146,6 +156,11 @@ class AlgorithmConfig(PluginConfig):
         """
         return ()
 
+    @property
+    def keeps_best(self) -> bool:
+        """The best of a generation is in the next one too, unchanged; otherwise a run's champion may be of any."""
+        return False
+
     @abstractmethod
     def build(self, genome_length: int) -> Algorithm[Any]:
         """The algorithm for genomes of `genome_length` bits.
@@ -153,6 +168,18 @@ class AlgorithmConfig(PluginConfig):
         Raises:
             ValueError: the settings do not suit genomes of this length.
         """
+
+    def for_experiment(self, config: ExperimentConfig, report: Callable[[str, int, int], None] | None = None) -> Any:
+        """The algorithm for one experiment; what `build` gives, unless it needs to know more than a length.
+
+        Args:
+            config: the experiment, whose section this is.
+            report: told what is being prepared, how much of it is done, and how much there is.
+        """
+        return self.build(config.genome_length)
+
+    def prepare(self, config: ExperimentConfig, report: Callable[[str, int, int], None] | None = None) -> None:
+        """Do what takes long before there is a robot to wait for it; by default nothing."""
 
 
 class Misfit(ValueError):

@@ -25,6 +25,7 @@ class Purpose(IntEnum):
     REFERENCE = 6
     REPEAT = 7
     ROBOT = 8
+    ENSEMBLE = 9
 
 
 def generator(root_seed: int, purpose: Purpose, *numbers: int) -> np.random.Generator:

@@ -54,6 +54,14 @@ class Terminal:
             pass
         return self._process.wait(max(1.0, deadline - time.monotonic()))
 
+    def wait_briefly(self) -> int | None:
+        """The exit code, if the command ends within half a second."""
+        self._take(0.1)
+        try:
+            return self._process.wait(0.4)
+        except subprocess.TimeoutExpired:
+            return None
+
     def interrupt(self) -> None:
         self._process.send_signal(signal.SIGINT)
 

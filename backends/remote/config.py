@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import Annotated, Any, Literal, Self
 
 from can import BusABC
-from pydantic import Field, SerializeAsAny, ValidationError, field_validator, model_validator
+from pydantic import Field, SerializeAsAny, ValidationError, ValidationInfo, field_validator, model_validator
 
 import sceann_hil.link.serial_bus as serial_bus
 from backends.remote.connection import RemoteSettings
@@ -64,6 +64,9 @@ class RemoteConfig(RobotConfig):
     """onboard: controller on the robot; tethered: controller here; hil: controller on the robot, body simulated."""
     body: SerializeAsAny[RobotConfig] | None = None
     """Mode hil: the simulated robot whose body the host computes. This robot has its sensors, motors and tick."""
+    twin: SerializeAsAny[RobotConfig] | None = None
+    """Not in mode hil: the simulated robot that it and its arena look like. Panel, viewer and console draw it, and it
+    stands in for the robot when a run is rehearsed."""
     n_sensors: Annotated[int, Field(ge=1, le=MAX_SENSORS)] | None = None
     """Sensors of the robot (not in mode hil)."""
     n_motors: Annotated[int, Field(ge=1, le=MAX_MOTORS)] | None = None
@@ -74,8 +77,8 @@ class RemoteConfig(RobotConfig):
     """Names of a trial's start values, which the task must have too (not in mode hil)."""
     ends: tuple[SensorEnd, ...] = ()
     """Task ends that the sensors tell (not in mode hil)."""
-    bumper: TaskEnd = "out_of_bounds"
-    """What a hit bumper means."""
+    bumper: TaskEnd | Literal["rig"] = "out_of_bounds"
+    """What a hit bumper means; rig: the rig says it."""
     attended: bool | None = None
     """Somebody stands beside it and puts it back; default: yes, unless mode is hil or there is a rig."""
     rig: Annotated[str, Field(pattern=r"^[^:]+:\d+$")] | None = None
@@ -85,19 +88,19 @@ class RemoteConfig(RobotConfig):
     reconnect_s: Annotated[float, Field(gt=0.0, le=3600.0)] = 10.0
     """How long to look for a robot that does not answer before the run pauses."""
 
-    @field_validator("body", mode="before")
+    @field_validator("body", "twin", mode="before")
     @classmethod
-    def _load_body(cls, value: Any) -> Any:
+    def _load_body(cls, value: Any, about: ValidationInfo) -> Any:
         if not isinstance(value, dict):
             return value
         try:
             model = registry.load(Group.ROBOTS, str(value.get("type")))
             return model.model_validate_json(json.dumps(value))
         except PluginError as error:
-            raise ValueError(f"body.type: {error.message}") from error
+            raise ValueError(f"{about.field_name}.type: {error.message}") from error
         except ValidationError as error:
             first = error.errors()[0]
-            raise ValueError(f"body.{'.'.join(map(str, first['loc']))}: {first['msg']}") from error
+            raise ValueError(f"{about.field_name}.{'.'.join(map(str, first['loc']))}: {first['msg']}") from error
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
@@ -105,6 +108,8 @@ class RemoteConfig(RobotConfig):
             raise Misfit("port: expected either port (serial) or can", "port", "can")
         own = {name: getattr(self, name) for name in ("n_sensors", "n_motors", "tick_s", "start_fields")}
         if self.mode == "hil":
+            if self.twin is not None:
+                raise Misfit("twin: expected nothing here in mode hil, the body is what it looks like", "twin")
             if self.body is None:
                 raise Misfit("body: expected a simulated robot, because mode is hil", "body")
             if not isinstance(self.body.build(), SimulatedBody):
@@ -125,12 +130,29 @@ class RemoteConfig(RobotConfig):
             for name, value in own.items():
                 if value is None:
                     raise Misfit(f"{name}: expected a value in mode {self.mode}", name)
+            self._check_twin()
             for end in self.ends:
                 if end.sensor is not None and end.sensor >= (self.n_sensors or 0):
                     raise Misfit(f"ends: expected a sensor 0..{(self.n_sensors or 0) - 1}, got {end.sensor}", "ends")
+        if self.bumper == "rig" and self.rig is None:
+            raise Misfit("bumper: expected a rig that can say what it means", "bumper", "rig")
         if self.battery_range_v is not None and self.battery_range_v[0] >= self.battery_range_v[1]:
             raise Misfit("battery_range_v: expected [empty, full]", "battery_range_v")
         return self
+
+    def _check_twin(self) -> None:
+        if self.twin is None:
+            return
+        if not self.twin.spec.repeatable:
+            raise Misfit(f"twin: expected a simulated robot, got {self.twin.type}", "twin")
+        twin = self.twin.spec
+        for name, own, its in (
+            ("n_sensors", self.n_sensors, twin.n_sensors),
+            ("n_motors", self.n_motors, twin.n_motors),
+            ("start_fields", self.start_fields, twin.start_fields),
+        ):
+            if own != its:
+                raise Misfit(f"twin: expected the robot's {name} {own}, got {its}", "twin", name)
 
     @property
     def spec(self) -> RobotSpec:
@@ -171,19 +193,20 @@ class RemoteConfig(RobotConfig):
                 mode=Mode[self.mode.upper()],
                 node=self.node,
                 reconnect_s=self.reconnect_s,
-                bumper=EndReason[self.bumper.upper()],
+                bumper=None if self.bumper == "rig" else EndReason[self.bumper.upper()],
                 rig_address=self.rig,
                 battery_range_v=self.battery_range_v,
             ),
             self.open_bus,
             body if isinstance(body, SimulatedBody) else None,
             SensorWatch(self.ends) if self.ends else None,
+            self.twin.build().drawing if self.twin is not None else None,
         )
 
     @property
     def simulated(self) -> RobotConfig | None:
-        """Mode hil has the body in its section; what another robot looks like nobody has written down."""
-        return self.body
+        """Mode hil has the body in its section; of another robot it is the twin, if somebody has described it."""
+        return self.body or self.twin
 
     @contextmanager
     def on_virtual_board(self, body: RobotConfig) -> Iterator[RobotConfig]:

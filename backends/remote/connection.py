@@ -31,7 +31,7 @@ class RemoteSettings:
         mode: where controller and body are during a trial.
         node: the robot's number on its bus.
         reconnect_s: how long to try to reach a robot that does not answer.
-        bumper: what a hit bumper means for the task.
+        bumper: what a hit bumper means for the task; None: the rig says it.
         rig_address: ``host:port`` of a machine that puts the robot back, if there is one.
         battery_range_v: empty and full, if the battery is measured.
     """
@@ -39,7 +39,7 @@ class RemoteSettings:
     mode: Mode
     node: int = 1
     reconnect_s: float = 10.0
-    bumper: EndReason = EndReason.OUT_OF_BOUNDS
+    bumper: EndReason | None = EndReason.OUT_OF_BOUNDS
     rig_address: str | None = None
     battery_range_v: tuple[float, float] | None = None
 

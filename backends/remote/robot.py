@@ -56,6 +56,7 @@ class RemoteRobot(Robot):
         open_bus: opens the bus; called again after the link was lost.
         body: whose body the host simulates in mode HIL.
         watch: which task ends the sensors tell, in the other modes.
+        drawing: what the robot and its arena look like, in the other modes.
     """
 
     def __init__(
@@ -65,6 +66,7 @@ class RemoteRobot(Robot):
         open_bus: Callable[[], can.BusABC],
         body: SimulatedBody | None = None,
         watch: Watch | None = None,
+        drawing: Drawing | None = None,
     ) -> None:
         if (body is None) == (settings.mode is Mode.HIL):
             raise ValueError(f"body: expected a simulated body in mode HIL and in no other, got {settings.mode.name}")
@@ -73,6 +75,7 @@ class RemoteRobot(Robot):
         self._connection = Connection(self._spec, settings, open_bus)
         self._body = StepwiseBody(body) if body is not None else None
         self._watch = watch
+        self._drawing = drawing if self._body is None else self._body.robot.drawing
         self._observer: TrialObserver | None = None
         self._complaint = ""
         self._interrupted: EndReason | None = None
@@ -85,7 +88,7 @@ class RemoteRobot(Robot):
 
     @property
     def drawing(self) -> Drawing | None:
-        return self._body.robot.drawing if self._body is not None else None
+        return self._drawing
 
     @property
     def link(self) -> RobotLink:
@@ -281,8 +284,13 @@ class RemoteRobot(Robot):
             self.link.statistics.lateness.add(late_s)
         return self._judge(trials, follower, states)
 
+    def _bumper(self) -> EndReason:
+        if self._settings.bumper is not None or self._settings.rig_address is None:
+            return self._settings.bumper or EndReason.OUT_OF_BOUNDS
+        return rig.why_ended(self._settings.rig_address)
+
     def _judge(self, trials: Trials, follower: Follower, states: NDArray[np.float32]) -> Results:
-        reason = end_reason(follower, self._settings.bumper)
+        reason = end_reason(follower, self._bumper)
         _, ticks = ended(follower)
         if reason is EndReason.OPERATOR and self._interrupted is not None:
             # the robot knows only that it was stopped; who stopped it knows why
@@ -290,6 +298,10 @@ class RemoteRobot(Robot):
         if reason.is_void:
             self._complaint = f"the robot ended the trial: {reason}"
             return Results.void(1, reason, len(self._spec.state_fields), self._complaint)
+        steps = ticks if follower.task_end is None else follower.task_end[1] + 1
+        contradiction = follower.contradiction or _ends_impossibly(follower, ticks, steps)
+        if contradiction:
+            raise TrialLost(f"what came on the link cannot all be true: {contradiction}")
         missing = follower.missing(ticks)
         if missing:
             self.link.statistics.lost_ticks += missing
@@ -298,7 +310,6 @@ class RemoteRobot(Robot):
             raise TrialLost("the robot's last answer was lost on the link, so the body never made that step")
         sensors = follower.sensors[:ticks]
         neurons = recompute(trials.weights[trials.genome_index[0]], trials.size, trials.dynamics, sensors)
-        steps = ticks if follower.task_end is None else follower.task_end[1] + 1
         if self._settings.mode is not Mode.TETHERED and follower.end is not None:
             step = first_difference(follower, neurons, follower.end.state_hash)
             if step is not None:
@@ -331,7 +342,7 @@ class RemoteRobot(Robot):
             expected = self._body.robot.trace(trials)
             same = (last.ticks, last.state_hash) == (int(expected.steps[0]), int(expected.hashes[0]))
             return expected if same and last.reason in (LinkEnd.MAX_TICKS, LinkEnd.STOPPED) else void
-        if last.reason is LinkEnd.MAX_TICKS and self._watch is None:
+        if last.reason is LinkEnd.MAX_TICKS and last.ticks == trials.max_steps and self._watch is None:
             return Results(
                 end_reasons=np.array([EndReason.TIME_UP], np.uint8),
                 steps=np.array([last.ticks], np.int32),
@@ -340,6 +351,15 @@ class RemoteRobot(Robot):
                 durations_s=np.array([last.ticks * self._spec.tick_s]),
             )
         return void
+
+
+def _ends_impossibly(follower: Follower, ticks: int, steps: int) -> str:
+    """What is wrong with the robot's word about the end of a trial; empty if nothing is."""
+    most = follower.order.max_ticks
+    ran_out = follower.end is not None and follower.end.reason is LinkEnd.MAX_TICKS
+    if ticks > most or (ran_out and ticks != most):
+        return f"the robot ended after {ticks} of {most} steps"
+    return f"the task ended in step {steps - 1}, and the robot did {ticks} steps" if steps > ticks else ""
 
 
 def _counted(link: RobotLink) -> tuple[int, int]:

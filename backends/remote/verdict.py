@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,12 +24,12 @@ _VOID = {
 """Ends that say nothing about the controller; ``docs/end-reasons.md`` is this table for people."""
 
 
-def end_reason(follower: Follower, bumper: EndReason) -> EndReason:
+def end_reason(follower: Follower, bumper: Callable[[], EndReason]) -> EndReason:
     """Why the trial ended, for the journal.
 
     Args:
         follower: of a trial whose `end` is known.
-        bumper: what a hit bumper means for the task.
+        bumper: asked what a hit bumper means for the task.
     """
     if follower.task_end is not None:
         return follower.task_end[0]
@@ -35,7 +37,7 @@ def end_reason(follower: Follower, bumper: EndReason) -> EndReason:
     if link_end is LinkEnd.MAX_TICKS:
         return EndReason.TIME_UP
     if link_end is LinkEnd.BUMPER:
-        return bumper
+        return bumper()
     return _VOID[link_end]
 
 

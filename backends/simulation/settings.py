@@ -107,6 +107,13 @@ class GapConfig(Section):
         )
 
 
+def values_of_gap(key: str, n_sensors: int, n_motors: int) -> int:
+    """How many values a key of a body takes, as `RobotConfig.values_of` tells it, if all its lists are in its gap."""
+    if key in ("gap.sensor_offset", "gap.sensor_gain"):
+        return n_sensors
+    return n_motors if key == "gap.motor_gain" else 1
+
+
 def _spreads(name: str, quantity: OneOrEach, count: int, things: str) -> Spreads:
     if not isinstance(quantity, tuple):
         return _spread(quantity)

@@ -12,6 +12,7 @@ from backends.simulation.body import SimulatedBody
 from backends.simulation.stepwise import StepwiseBody
 from sceann_hil.firmware.emulated.posix import Alarm
 from sceann_hil.network.controller import ONE
+from sceann_hil.robot import EndReason
 from sceann_hil.seeds import Purpose, keys
 
 
@@ -57,7 +58,7 @@ class VirtualBody:
         self._placings = 0
         self._driven_s = 0.0
         self._moved = True
-        self._pressed = False
+        self._ended: EndReason | None = None
         self.place(np.zeros(len(robot.spec.start_fields)).tolist())
 
     @property
@@ -71,7 +72,7 @@ class VirtualBody:
             self._placings += 1
             key = keys(self._seed, Purpose.TRIAL, self._placings)[0]
             self._body.reset(np.asarray(start, np.float64), key)
-            self._pressed, self._moved = False, True
+            self._ended, self._moved = None, True
 
     def change_battery(self) -> None:
         """A full one."""
@@ -107,8 +108,8 @@ class VirtualBody:
 
     def _move(self) -> None:
         self._moved = True
-        if not self._pressed:
-            self._pressed = self._body.move(self._motors) is not None
+        if self._ended is None:
+            self._ended = self._body.move(self._motors)
         if self._motors != self._neutral:
             self._driven_s += self.robot.spec.tick_s
 
@@ -120,10 +121,15 @@ class VirtualBody:
     @property
     def pressed(self) -> bool:
         """The bumper or end switch."""
-        return self._pressed
+        return self._ended is not None
+
+    @property
+    def ended(self) -> EndReason | None:
+        """Why the body's task has ended since it was placed; None if it has not."""
+        return self._ended
 
     @property
     def alarms(self) -> Alarm:
         """What the board's inputs say."""
         low = self._driven_s >= self._battery.lasts_s
-        return (Alarm.BUMPER if self._pressed else Alarm.NONE) | (Alarm.BATTERY if low else Alarm.NONE)
+        return (Alarm.BUMPER if self.pressed else Alarm.NONE) | (Alarm.BATTERY if low else Alarm.NONE)

@@ -70,14 +70,13 @@ class VirtualRobot:
         if mode == "hil":
             return {**section, "body": self.body.model_dump(mode="json")}
         spec = self.body.spec
-        bumper = "goal" if "heading_rad" in spec.start_fields else "fell"
         return {
             **section,
             "n_sensors": spec.n_sensors,
             "n_motors": spec.n_motors,
             "tick_s": spec.tick_s,
             "start_fields": list(spec.start_fields),
-            "bumper": bumper,
+            "bumper": "rig",
             "rig": self.rig_address,
             "battery_range_v": [Battery().empty_v, Battery().full_v],
         }

@@ -7,8 +7,15 @@ import json
 import socketserver
 import threading
 
+from backends.remote.rig import ASK_END
 from backends.virtual.body import VirtualBody
 from sceann_hil.errors import ConfigError
+
+
+class _Server(socketserver.ThreadingTCPServer):
+    allow_reuse_address = True
+    """A robot that is switched off and on gets its address back: its old connections hold it for a minute."""
+    daemon_threads = True
 
 
 class RigServer:
@@ -35,17 +42,19 @@ class RigServer:
 
         def _answer(line: bytes) -> str:
             try:
-                start = json.loads(line)["place"]
+                asked = json.loads(line)
+                if asked == ASK_END:
+                    return body.ended.name.lower() if body.ended is not None else "running"
+                start = asked["place"]
                 body.place([float(start[field]) for field in fields])
             except (ValueError, KeyError, TypeError) as error:
                 return f"cannot place the robot: expected {', '.join(fields)} ({type(error).__name__}: {error})"
             return "ok"
 
         try:
-            self._server = socketserver.ThreadingTCPServer(("127.0.0.1", port), Handler)
+            self._server = _Server(("127.0.0.1", port), Handler)
         except OSError as error:
             raise ConfigError(f"--rig-port {port}: {error.strerror}.", "Choose another, or 0 for any.") from error
-        self._server.daemon_threads = True
         host, number = self._server.server_address[:2]
         self.address = f"{host!s}:{number}"
         self._thread = threading.Thread(target=self._server.serve_forever, args=(0.05,), name="rig", daemon=True)

@@ -36,7 +36,7 @@ class PinChange:
 
     Attributes:
         time_s: `time.monotonic`.
-        duty: of right and left motor, -255..255; (0, 0) is the safe output.
+        duty: of motor 0 (left) and motor 1 (right), -255..255; (0, 0) is the safe output.
     """
 
     time_s: float

@@ -20,6 +20,7 @@ from sceann_hil.errors import NotARun
 from sceann_hil.journal import AttemptKind, AttemptRow, GenerationRow, IndividualRow, JournalReader, trial_arrays
 from sceann_hil.network.coding import genome_to_hex
 from sceann_hil.robot import Results
+from sceann_hil.run.champion import champion_of
 from sceann_hil.run.replay import journalled_config, journalled_trials, measured_trace
 
 if TYPE_CHECKING:
@@ -95,7 +96,7 @@ class Run:
         Raises:
             NotARun: none of its generations is finished yet.
         """
-        row = self._reader.champion()
+        row = champion_of(self._reader, keeps_best=self.config.algorithm.keeps_best)
         if row is None:
             raise NotARun(f"{self.directory} has no finished generation yet.", "Let it run on: `sceann resume`.")
         return self._individual(row)

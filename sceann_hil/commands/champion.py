@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from sceann_hil.commands.arguments import AsJson, print_json
@@ -16,6 +17,7 @@ from sceann_hil.config import ExperimentConfig, parse_config
 from sceann_hil.errors import NotARun
 from sceann_hil.journal import JournalReader
 from sceann_hil.network.coding import genome_from_hex
+from sceann_hil.run.champion import champion_of
 from sceann_hil.study import STUDY_NAME, StudyReader
 from sceann_hil.study.robustness import Criterion, Robustness, measure
 
@@ -29,6 +31,7 @@ class _Candidate:
     origin: str
     fitness: float
     genome: str
+    is_champion: bool = False
 
 
 def register(app: typer.Typer) -> None:
@@ -72,13 +75,13 @@ def champion(
 
 
 def _candidates(directory: Path, condition: int | None) -> tuple[str, ExperimentConfig, list[_Candidate]]:
-    """Where they come from, the experiment, and the fittest different genomes, best first."""
+    """Where they come from, the experiment, and different genomes: the run's champion, then the fittest."""
     source, config, listed = (
         _of_study(directory, condition) if (directory / STUDY_NAME).exists() else _of_run(directory, condition)
     )
-    listed.sort(key=lambda candidate: -candidate.fitness)
+    listed.sort(key=lambda candidate: (not candidate.is_champion, -candidate.fitness))
     different = list({candidate.genome: candidate for candidate in reversed(listed)}.values())[::-1]
-    different.sort(key=lambda candidate: -candidate.fitness)
+    different.sort(key=lambda candidate: (not candidate.is_champion, -candidate.fitness))
     return source, config, different[:_MOST_CANDIDATES]
 
 
@@ -89,11 +92,12 @@ def _of_run(directory: Path, condition: int | None) -> tuple[str, ExperimentConf
     try:
         config = parse_config(reader.run().config, f"{directory}: journalled configuration")
         rows = [row for g in reader.generations(finished=True) for row in reader.individuals(g.number)]
+        best = champion_of(reader, keeps_best=config.algorithm.keeps_best)
     finally:
         reader.close()
-    if not rows:
+    if best is None:
         raise NotARun(f"{directory} has no finished generation yet.", "`sceann resume` it first.")
-    listed = [_Candidate(f"individual {row.id}", row.fitness or 0.0, row.genome) for row in rows]
+    listed = [_Candidate(f"individual {row.id}", row.fitness or 0.0, row.genome, row.id == best.id) for row in rows]
     return f"Run {directory}", config, listed
 
 
@@ -141,12 +145,12 @@ def _as_dict(candidate: _Candidate, found: Robustness | None, place: int, by: Cr
 def _print(source: str, candidates: list[_Candidate], found: Robustness | None, shown: list[int]) -> None:
     console = Console(highlight=False)
     if found is None:
-        table = Table("genome", "fitness", "from", title=source)
+        table = Table("genome", "fitness", "from", title=escape(source))
         for place in shown:
             table.add_row(candidates[place].genome, f"{candidates[place].fitness:.4g}", candidates[place].origin)
         console.print(table)
         return
-    table = Table("genome", "from", "ideal", "disturbed: mean [95 %]", "to the first", "success", title=source)
+    table = Table("genome", "from", "ideal", "disturbed: mean [95 %]", "to the first", "success", title=escape(source))
     for place in shown:
         candidate, interval = candidates[place], found.fitness_interval(place)
         difference = found.fitness_difference(place, shown[0])

@@ -28,11 +28,13 @@ from sceann_hil.commands.arguments import (
     overrides_of,
     print_json,
 )
-from sceann_hil.commands.progress import show_progress
+from sceann_hil.commands.printing import pasted, print_table
+from sceann_hil.commands.progress import show_preparation, show_progress
 from sceann_hil.commands.recording import Live, Record, RecordChoice, recorded, watched_live
 from sceann_hil.config import load_config
 from sceann_hil.errors import ExitCode, as_user_error
 from sceann_hil.run.ancestor import Ancestor, Take
+from sceann_hil.run.champion import champion_of
 from sceann_hil.run.experiment import Experiment, Outcome
 from sceann_hil.supervision.operators import Desk
 from sceann_hil.supervision.operators.staff import beside
@@ -82,8 +84,8 @@ def evolve(
     with Experiment.create(settings, directory, Ancestor(ancestor, take) if ancestor else None) as experiment:
         try:
             _run(experiment, record, live, as_json, more=more)
-        except Exception as error:
-            # no robot, no panel: the same command should work once that is put right
+        except (Exception, KeyboardInterrupt) as error:
+            # no robot, no panel, Ctrl-C meanwhile: the same command should work once that is put right
             if as_user_error(error) is not None and experiment.forget():
                 Console(stderr=True, highlight=False).print("Nothing was begun; no run was kept.")
             raise
@@ -121,6 +123,8 @@ def _run(
     settings = experiment.config.operator
     if operator is not None:
         settings = experiment.config.with_changes(settings=operator_override(operator)).operator
+    with show_preparation(console) as preparing:
+        experiment.config.algorithm.prepare(experiment.config, preparing)
     robot = experiment.config.robot.build()
     with ExitStack() as connected:
         # entered first, so left last: the robot is let go before anybody waits for recordings
@@ -177,7 +181,7 @@ def _show(console: Console, text: str) -> None:
 
 def _summary(experiment: Experiment, outcome: Outcome, evolved_s: float) -> dict[str, Any]:
     reader = experiment.journal.reader
-    champion = reader.champion()
+    champion = champion_of(reader, keeps_best=experiment.config.algorithm.keeps_best)
     generations = reader.generations(finished=True)
     return {
         "directory": str(experiment.directory),
@@ -199,17 +203,17 @@ def _summary(experiment: Experiment, outcome: Outcome, evolved_s: float) -> dict
 
 def _print_summary(console: Console, summary: dict[str, Any], record: RecordChoice) -> None:
     directory, champion = summary["directory"], summary["champion"]
-    table = Table(show_header=False, title=f"Run {directory}: {summary['outcome'].replace('_', ' ')}")
+    table = Table(show_header=False)
     table.add_row("generations", f"{summary['generations']}")
     table.add_row("trials", f"{summary['trials']} in {summary['evolved_s']:.1f} s")
     if champion:
         table.add_row("best fitness", f"[bold]{champion['fitness']:.4g}[/] (individual {champion['individual']})")
         table.add_row("its genome", champion["genome"])
-    console.print(table)
+    print_table(console, f"Run {directory}: {summary['outcome'].replace('_', ' ')}", table)
     follow = ["status"] if summary["outcome"] == "finished" else ["resume", "status"]
     follow += [] if record is RecordChoice.NONE else ["view"]
     reason = summary["why_stopped"]
     if reason:
-        console.print(f"{reason}.", soft_wrap=True)
+        console.print(f"{reason}.", markup=False, soft_wrap=True)
     for command in follow:
-        console.print(f"  sceann {command} {directory}")
+        console.print(f"  sceann {command} {pasted(directory)}", soft_wrap=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
@@ -24,11 +25,13 @@ from sceann_hil.commands.arguments import (
     print_json,
 )
 from sceann_hil.commands.measured import measured
+from sceann_hil.commands.printing import print_table
 from sceann_hil.config import ExperimentConfig, with_robot_of
 from sceann_hil.errors import ConfigError, NotARun
 from sceann_hil.journal import AttemptKind, IndividualRow, JournalReader
 from sceann_hil.robot import GapEstimate
 from sceann_hil.robot.signal_names import motor_names, sensor_names
+from sceann_hil.run.champion import champion_of
 from sceann_hil.run.replay import journalled_config
 from sceann_hil.study.gap import GapReport, Spread, estimate_rows, gap_section
 from sceann_hil.supervision.drift import Drift
@@ -119,7 +122,10 @@ def repeat(
     fitness = measurement.repeats[0]
     spread = Spread.of(fitness)
     task = config.task.build()
-    differences = [part * (task.best_fitness - task.worst_fitness) for part in (0.02, 0.05, 0.1, 0.2)]
+    width = task.best_fitness - task.worst_fitness
+    if not math.isfinite(width):  # the task does not say what a trial can be worth
+        width = float(np.ptp(measurement.fitness)) or 1.0
+    differences = [part * width for part in (0.02, 0.05, 0.1, 0.2)]
     from sceann_hil.study.gap import figures
 
     figures.draw_spread(fitness.tolist(), spread, folder / f"individual-{row.id}.png")
@@ -139,14 +145,14 @@ def repeat(
     if as_json:
         print_json(document)
         return
-    table = Table(show_header=False, title=f"Individual {row.id}, {n} times on {measurement.robot}")
+    table = Table(show_header=False)
     table.add_row("fitness", f"{spread.mean:.4g}, 95 % interval {spread.low:.4g} to {spread.high:.4g}")
     table.add_row("standard deviation of one repeat", f"{spread.deviation:.3g}")
     table.add_row("robot time", duration_text(float(measurement.durations_s.sum())))
     for difference in differences:
         needed = spread.repeats_to_tell(difference)
         table.add_row(f"repeats of each to tell a difference of {difference:.3g}", str(needed))
-    Console().print(table)
+    print_table(Console(), f"Individual {row.id}, {n} times on {measurement.robot}", table)
     typer.echo(folder)
 
 
@@ -205,7 +211,7 @@ def _individual(reader: JournalReader, genome: str) -> IndividualRow:
         if not genome.isdecimal():
             raise typer.BadParameter(f"expected best or an individual's number, got {genome}")
         return reader.individual(int(genome))
-    champion = reader.champion()
+    champion = champion_of(reader, keeps_best=journalled_config(reader).algorithm.keeps_best)
     if champion is None:
         raise NotARun(f"{reader.directory} has no finished generation yet.", "`sceann resume` it first.")
     return champion

@@ -10,6 +10,7 @@ import typer
 from rich.console import Console
 
 from sceann_hil.commands.arguments import AsJson, print_json
+from sceann_hil.commands.printing import shown
 from sceann_hil.config import load_config
 from sceann_hil.errors import ConfigError, RobotIsFaulty
 from sceann_hil.plugins import RobotConfig
@@ -65,7 +66,7 @@ def _robot(config: Path) -> Robot:
 
 
 def _print(console: Console, finding: Finding) -> None:
-    console.print(f"[{_COLOUR[finding.verdict]}]{finding.verdict.value:>8}[/]  [bold]{finding.check}[/]")
+    console.print(f"[{_COLOUR[finding.verdict]}]{finding.verdict.value:>8}[/]  [bold]{shown(finding.check)}[/]")
     console.print(indent(finding.detail, " " * 10), soft_wrap=True, markup=False)
     if finding.advice:
         console.print(indent(f"Advice: {finding.advice}", " " * 10), soft_wrap=True, markup=False)

@@ -11,10 +11,12 @@ from rich.console import Console
 from rich.table import Table
 
 from sceann_hil.commands.arguments import AsJson, RunDirectory, print_json
+from sceann_hil.commands.printing import pasted, print_table, shown
 from sceann_hil.config import outline_of
 from sceann_hil.errors import ReplayDiffers
 from sceann_hil.journal import JournalReader, RunLock
 from sceann_hil.journal.tables import export_csv
+from sceann_hil.run.champion import champion_of
 
 if TYPE_CHECKING:
     from sceann_hil.run.replay import Comparison
@@ -35,7 +37,8 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
     reader = JournalReader(directory)
     run = reader.run()
     outline = outline_of(run.config, f"{directory}: journalled configuration")
-    generations, champion = reader.generations(finished=True), reader.champion()
+    generations = reader.generations(finished=True)
+    champion = champion_of(reader, keeps_best=outline.keeps_best)
     last = outline.generations
     finished = len(generations) == last + 1
     state = "finished" if finished else "running" if RunLock.is_held(directory) else "stopped"
@@ -60,8 +63,8 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
         print_json(document)
         return
     console = Console(highlight=False)
-    table = Table(show_header=False, title=f"{run.name}: {state}")
-    table.add_row("folder", str(directory))
+    table = Table(show_header=False)
+    table.add_row("folder", shown(directory))
     table.add_row("created", run.created_at)
     table.add_row("task, robot", f"{outline.task}, {outline.robot}")
     table.add_row("algorithm, coding", f"{outline.algorithm}, {outline.coding}")
@@ -74,11 +77,11 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
     if champion:
         table.add_row("champion", f"individual {champion.id}, fitness [bold]{champion.fitness:.4g}[/]")
         table.add_row("its genome", champion.genome)
-    console.print(table)
+    print_table(console, f"{run.name}: {state}", table)
     if generations:
         console.print("best fitness by generation", _sparkline([row.best_fitness or 0.0 for row in generations]))
     if state == "stopped":
-        console.print(f"  sceann resume {directory}")
+        console.print(f"  sceann resume {pasted(directory)}", soft_wrap=True)
 
 
 def replay_trial(

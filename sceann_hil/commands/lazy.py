@@ -11,7 +11,7 @@ import typer
 from typer.core import TyperGroup
 
 from sceann_hil.commands import COMMANDS
-from sceann_hil.errors import PluginError
+from sceann_hil.errors import InterruptedNow, PluginError
 
 PLUGIN_GROUP = "sceann_hil.commands"
 """Entry points of functions ``register(app)`` that add commands to a Typer app."""
@@ -27,6 +27,13 @@ class LazyCommands(TyperGroup):
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """A command as the help needs it; ours without its options."""
         return super().get_command(ctx, cmd_name) or self._plugged_in(only=cmd_name).get(cmd_name)
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command. Ctrl-C that it does not take for itself is our message and exit code, not the library's."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt as stopped:
+            raise InterruptedNow("Stopped, as asked (Ctrl-C).") from stopped
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """The command that was called, whole."""

@@ -44,7 +44,7 @@ def view(
     if picture is not None:
         complaints = viewing.picture(directory, screen, picture, at)
         for name, said in complaints.items():
-            console.print(f"{name}: {'; '.join(said)}")
+            console.print(f"{name}: {'; '.join(said)}", markup=False)
         typer.echo(picture)
         return
     with show_recording(console) as report:

@@ -13,7 +13,15 @@ from contextlib import contextmanager
 
 from rich.cells import cell_len
 from rich.console import Console, RenderableType
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    ProgressColumn,
+    TaskID,
+    TextColumn,
+    TimeRemainingColumn,
+)
 from rich.text import Text
 
 from sceann_hil.run.experiment import Progress as RunProgress
@@ -21,6 +29,29 @@ from sceann_hil.run.measuring import Report
 from sceann_hil.supervision.operators import Desk, Phase, View
 
 _SECONDS_BETWEEN_LINES = 5.0
+
+
+@contextmanager
+def show_preparation(console: Console) -> Iterator[Callable[[str, int, int], None]]:
+    """A function to report to of what is prepared before a run: what, how much is done, how much there is."""
+    columns = (TextColumn("{task.description}"), MofNCompleteColumn(), BarColumn(), TextColumn("ETA"))
+    with Progress(
+        *columns, TimeRemainingColumn(compact=True), console=console, transient=True, disable=not console.is_terminal
+    ) as bar:
+        shown: dict[str, TaskID] = {}
+        last_line = time.monotonic()
+
+        def report(what: str, done: int, total: int) -> None:
+            nonlocal last_line
+            if what not in shown:
+                shown[what] = bar.add_task(what, total=total)
+            bar.update(shown[what], completed=done, total=total)
+            now = time.monotonic()
+            if not console.is_terminal and now - last_line >= _SECONDS_BETWEEN_LINES:
+                last_line = now
+                console.print(f"{what}: {done} of {total}")
+
+        yield report
 
 
 @contextmanager
@@ -213,6 +244,6 @@ def _line_of_trials(console: Console, robot: str) -> Report:
         now = time.monotonic()
         if now - last_line >= _SECONDS_BETWEEN_LINES:
             last_line = now
-            console.print(f"trial {done}/{total} on {robot}: fitness {fitness:.4g}")
+            console.print(f"trial {done}/{total} on {robot}: fitness {fitness:.4g}", markup=False)
 
     return report

@@ -13,6 +13,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from sceann_hil.commands.printing import pasted, shown
 from sceann_hil.recording import Detail, RecorderProcess, RecorderStatus, State
 from sceann_hil.recording.feed import LiveFeed
 from sceann_hil.robot import Robot
@@ -78,8 +79,10 @@ def recorded(console: Console, directory: Path, choice: RecordChoice) -> Iterato
         console.print("Recording goes on in the background.")
         return
     if status.state is State.FAILED:
-        console.print(f"[bold red]Not everything was recorded:[/] {status.message}", soft_wrap=True)
-        console.print(f"The run itself is complete; `sceann record {directory}` makes the rest.", soft_wrap=True)
+        console.print(f"[bold red]Not everything was recorded:[/] {shown(status.message)}", soft_wrap=True)
+        console.print(
+            f"The run itself is complete; `sceann record {pasted(directory)}` makes the rest.", soft_wrap=True
+        )
 
 
 @contextmanager

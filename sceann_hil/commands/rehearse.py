@@ -12,12 +12,15 @@ from rich.console import Console
 from rich.table import Table
 
 from sceann_hil.commands.arguments import AsJson, ConfigFile, Overrides, Seed, overrides_of, print_json
-from sceann_hil.commands.progress import show_progress
+from sceann_hil.commands.printing import print_table
+from sceann_hil.commands.progress import show_preparation, show_progress
 from sceann_hil.config import load_config, with_robot_of
 from sceann_hil.journal import JournalReader
+from sceann_hil.run.champion import champion_of
 from sceann_hil.run.experiment import Experiment, Outcome
 from sceann_hil.run.plan import PROMPT_S
 from sceann_hil.run.rehearsal import rehearsal
+from sceann_hil.run.replay import journalled_config
 from sceann_hil.supervision.operators.staff import beside
 from sceann_hil.timespans import duration_text
 
@@ -60,6 +63,8 @@ def rehearse(
         play = open_ones.enter_context(rehearsal(settings, stand_in, firmware=firmware))
         directory = out or Path(open_ones.enter_context(tempfile.TemporaryDirectory())) / "rehearsal"
         experiment = open_ones.enter_context(Experiment.create(play.config, directory))
+        with show_preparation(console) as preparing:
+            play.config.algorithm.prepare(play.config, preparing)
         robot = open_ones.enter_context(play.robot)
         desk = open_ones.enter_context(beside(robot, play.config.operator, lambda _: None))
         report = open_ones.enter_context(show_progress(console, play.config.algorithm.generations, desk))
@@ -68,7 +73,7 @@ def rehearse(
     if as_json:
         print_json(document)
         return
-    table = Table(show_header=False, title=f"Rehearsal of {config}: {document['outcome'].replace('_', ' ')}")
+    table = Table(show_header=False)
     table.add_row("trials", f"{document['trials']}, of them void {document['void']}")
     table.add_row("prompts", f"{document['prompts']}")
     table.add_row("robot time", duration_text(document["robot_s"]))
@@ -76,13 +81,13 @@ def rehearse(
     table.add_row("together", duration_text(document["robot_s"] + document["person_s"]))
     if document["best_fitness"] is not None:
         table.add_row("best fitness in the rehearsal", f"{document['best_fitness']:.4g}")
-    Console().print(table)
+    print_table(Console(), f"Rehearsal of {config}: {document['outcome'].replace('_', ' ')}", table)
 
 
 def _document(reader: JournalReader, outcome: Outcome, prompt_s: float, confirm: bool) -> dict[str, Any]:
     rows = [row for generation in reader.generations() for row in reader.attempts(generation.number)]
     asked = sum(row.operator_s is not None for row in rows)
-    champion = reader.champion()
+    champion = champion_of(reader, keeps_best=journalled_config(reader).algorithm.keeps_best)
     prompts = asked * (2 if confirm else 1)
     return {
         "outcome": outcome.name.lower(),

@@ -9,6 +9,7 @@ import typer
 from rich.console import Console
 
 from sceann_hil.commands.arguments import Overrides, Seed, overrides_of
+from sceann_hil.commands.printing import pasted
 from sceann_hil.commands.study_progress import show_study_progress, told_when_interrupted
 from sceann_hil.errors import ConfigError
 from sceann_hil.study import LocalWorkers, Study, cores, load_study, run_study
@@ -54,7 +55,7 @@ def study(
         return
     from sceann_hil.study.cluster import ClusterWorkers  # an extra that most people do without
 
-    with ClusterWorkers(cluster) as on_the_cluster:
+    with told_when_interrupted(console), ClusterWorkers(cluster, tell=console.print) as on_the_cluster:
         _run(studies, directory, on_the_cluster, console)
 
 
@@ -72,4 +73,4 @@ def _run(studies: list[Study], directory: Path, workers: Workers, console: Conso
         console.rule(f"[bold]{one.config.name}[/]", align="left")
         with told_when_interrupted(console), show_study_progress(console) as observer:
             run_study(one, directory / one.config.name, workers, observer)
-    console.print(f"  sceann report {directory}")
+    console.print(f"  sceann report {pasted(directory)}", soft_wrap=True)

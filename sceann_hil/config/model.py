@@ -11,6 +11,7 @@ from typing import Annotated, Any, Self, cast
 from pydantic import AfterValidator, Field, SerializeAsAny, model_validator
 
 from sceann_hil.config.problems import shown
+from sceann_hil.config.uncertainty import UncertaintyConfig
 from sceann_hil.network.coding import Coding, NetworkSize, genome_from_hex
 from sceann_hil.network.controller import ONE, Dynamics, Neuron
 from sceann_hil.network.phenotype import Phenotype
@@ -84,6 +85,8 @@ class ExperimentConfig(Section):
     """Ways to need less robot time."""
     reference: ReferenceConfig = ReferenceConfig()
     """A genome that is run again and again, to see the robot drift."""
+    uncertainty: UncertaintyConfig = UncertaintyConfig()
+    """What nobody knows of the robot, for `sceann transfer`."""
 
     @property
     def size(self) -> NetworkSize:
@@ -139,6 +142,12 @@ class ExperimentConfig(Section):
             except ValueError as error:
                 raise Misfit(f"genome: {str(error).removeprefix('genome: ')}", "reference.genome") from error
         self._check_measures()
+        if self.algorithm.weighs_trials and self.saving != SavingConfig():
+            raise Misfit(
+                f"saving: expected nothing to be saved with algorithm {self.algorithm.type}, which weighs every trial",
+                "saving",
+                "algorithm.type",
+            )
         if self.saving.racing is not Racing.OFF and not self.algorithm.compares_only:
             raise Misfit(
                 f"racing: expected an algorithm that only compares fitness, got {self.algorithm.type}",

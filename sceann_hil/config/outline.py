@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from typing import Any
 
+from pydantic import ValidationError
+
+from sceann_hil import registry
 from sceann_hil.config.document import parse
+from sceann_hil.errors import PluginError
+from sceann_hil.plugins import AlgorithmConfig
+from sceann_hil.registry import Group
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,6 +26,7 @@ class Outline:
         coding: how genomes code connections.
         population: individuals per generation.
         generations: generations after the initial one.
+        keeps_best: the algorithm keeps its best unchanged; no if its plug-in is not there to be asked.
     """
 
     task: str
@@ -27,6 +35,7 @@ class Outline:
     coding: str
     population: int
     generations: int
+    keeps_best: bool
 
 
 def outline_of(text: str, source: str) -> Outline:
@@ -49,6 +58,16 @@ def outline_of(text: str, source: str) -> Outline:
             coding=str(data["controller"]["coding"]),
             population=int(data["algorithm"]["population"]),
             generations=int(data["algorithm"]["generations"]),
+            keeps_best=_keeps_best(data["algorithm"]),
         )
     except (KeyError, TypeError, ValueError) as error:
         raise ValueError(f"{source}: expected a canonical configuration, got none: {error!r}") from error
+
+
+def _keeps_best(section: Any) -> bool:
+    try:
+        model = registry.load(Group.ALGORITHMS, str(section["type"]))
+        algorithm = model.model_validate_json(json.dumps(section))
+    except (PluginError, ValidationError):
+        return False
+    return isinstance(algorithm, AlgorithmConfig) and algorithm.keeps_best

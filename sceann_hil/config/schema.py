@@ -35,8 +35,12 @@ def json_schema() -> dict[str, Any]:
     top = definitions.pop(_name(references[ExperimentConfig, _MODE]))
     for group, models in plugins.items():
         section = top["properties"][group.singular]
-        definitions.pop(_name(section.pop("$ref")), None)
+        base = _name(section.pop("$ref"))
+        definitions.pop(base, None)
         section["oneOf"] = [references[model, _MODE] for model in models]
+        if group is Group.ROBOTS:
+            # other sections have a robot too
+            definitions[base] = {"oneOf": section["oneOf"]}
         for model in models:
             definition = definitions[_name(references[model, _MODE])]
             definition["required"] = sorted({"type", *definition.get("required", [])})

@@ -121,6 +121,22 @@ class Algorithm(ABC, Generic[StateT]):
         """
         return self.tell(state, fitness, rng)
 
+    def wanted(self, state: StateT, n_trials: int) -> NDArray[np.bool_] | None:
+        """Which trials this generation is about, shape ``(population, n_trials)``; None for all of the task's."""
+        return None
+
+    def is_last(self, state: StateT) -> bool:
+        """True if the run is over once this generation is evaluated, whatever the configuration allows."""
+        return False
+
+    def remark(self, state: StateT) -> str:
+        """What people should know before this generation's trials: which individuals these are, and why."""
+        return ""
+
+    def heirs(self, state: StateT) -> Bits | None:
+        """Genomes that another algorithm can go on from, best first, shape ``(n, L)``; None for this generation's."""
+        return None
+
     def structures(self, state: StateT) -> list[str | None]:
         """What each individual has besides its expressed bits, as JSON for people; None where that is nothing."""
         return [None] * len(state.genomes)

@@ -47,6 +47,10 @@ class GenerationalConfig(AlgorithmConfig):
         description="Best individuals that enter the next generation unchanged; fewer than population.",
     )
 
+    @property
+    def keeps_best(self) -> bool:
+        return self.elites > 0
+
     @model_validator(mode="after")
     def _elites_leave_room(self) -> Self:
         if self.elites >= self.population:

@@ -84,6 +84,10 @@ class RandomSearchConfig(AlgorithmConfig):
     elites: Annotated[int, Field(ge=0)] = 1
     """Best individuals that stay; fewer than population."""
 
+    @property
+    def keeps_best(self) -> bool:
+        return self.elites > 0
+
     @model_validator(mode="after")
     def _elites_leave_room(self) -> Self:
         if self.elites >= self.population:

@@ -76,6 +76,14 @@ CORTEX_M0 = Toolchain("arm-none-eabi-gcc", _ARM_PACKAGES, ("-mcpu=cortex-m0plus"
 CORTEX_M3 = Toolchain("arm-none-eabi-gcc", _ARM_PACKAGES, ("-mcpu=cortex-m3", *_ARM), _ARM_LINK)
 CORTEX_M4 = Toolchain("arm-none-eabi-gcc", _ARM_PACKAGES, ("-mcpu=cortex-m4", *_ARM), _ARM_LINK)
 
+RISCV = Toolchain(
+    "riscv64-unknown-elf-gcc",
+    "gcc-riscv64-unknown-elf",
+    ("-march=rv32imc_zicsr", "-mabi=ilp32", "-mcmodel=medany", *_SMALL, "-ffreestanding"),
+    ("-nostdlib", "-lgcc"),
+)
+"""32-bit RISC-V as in the ESP32-C3; for headers."""
+
 TOOLCHAINS = {Board.POSIX: HOST_GCC, Board.UNO: AVR, Board.STM32F405: CORTEX_M4, Board.LM3S6965: CORTEX_M3}
 
 

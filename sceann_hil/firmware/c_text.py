@@ -20,7 +20,7 @@ KEYWORDS = frozenset(
 
 NEURON = r"""
 /* The refractory reset and the sigmoid: u in the low half, x in the high half. Beyond +-8192 u becomes 0@silent.
- * x = T[k] + ((T[k+1] - T[k]) f + 64 >> 7) with u + 8192 = 128 k + f; twice that has the bytes k and 2 f@table_note */
+ * x = T[k] + ((T[k+1] - T[k]) f + 64 >> 7) with u + 8192 = 128 k + f@table_note */
 #ifdef NAME_AVR_ASSEMBLER
 static __attribute__((noinline, unused)) uint32_t @name_neuron(uint16_t sum)
 {
@@ -53,15 +53,18 @@ static __attribute__((noinline, unused)) uint32_t @name_neuron(uint16_t sum)
             : "r0");
     return v;
 }
+#define NAME_NEURON(sum, u_i) (v = @name_neuron(sum), (u_i) = (uint16_t)v, (uint16_t)(v >> 16))
 #else
-static inline uint32_t @name_neuron(uint16_t sum)
+static inline uint16_t @name_neuron(uint32_t s, uint16_t *u_i)
 {
-    const uint32_t keep = 0u - (uint32_t)((uint16_t)(sum + 8192u) <= 16384u);
-    const uint32_t u = sum & keep, z2 = ((u + 8192u) & 0xFFFFu) << 1, k = z2 >> 8;
+    const uint32_t z = (s + 8192u) & 0xFFFFu, sum = z - 8192u, keep = ((16384u - z) >> 31) - 1u;
+    const uint32_t u = sum & keep, shifted = u + 8192u, k = shifted >> 7;
 @plain_look_up
-    const uint32_t x = low + ((slope * (z2 & 0xFFu) + 128u) >> 8);
-    return u | @output << 16;
+    const uint32_t x = low + ((slope * (shifted & 127u) + 64u) >> 7);
+    *u_i = (uint16_t)u;
+    return (uint16_t)@output;
 }
+#define NAME_NEURON(sum, u_i) @name_neuron(sum, &(u_i))
 #endif
 """
 
@@ -113,9 +116,12 @@ ADD = r"""
 #ifdef NAME_AVR_ASSEMBLER
 #define NAME_ADD(s, q) __asm__("add %A0, %A1 \n\t adc %B0, %B1" : "+r"(s) : "r"(q))
 #define NAME_SUB(s, q) __asm__("sub %A0, %A1 \n\t sbc %B0, %B1" : "+r"(s) : "r"(q))
+typedef uint16_t NAME_SUM;
 #else
-#define NAME_ADD(s, q) ((s) = (uint16_t)((s) + (q)))
-#define NAME_SUB(s, q) ((s) = (uint16_t)((s) - (q)))
+/* the low 16 bits count */
+#define NAME_ADD(s, q) ((s) += (q))
+#define NAME_SUB(s, q) ((s) -= (q))
+typedef uint32_t NAME_SUM;
 #endif
 
 /* 10-bit sensor to Q10: r + (r >> 9), so that mid-scale is symmetric about 512 */

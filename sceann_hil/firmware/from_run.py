@@ -9,6 +9,7 @@ from sceann_hil.errors import NotARun
 from sceann_hil.firmware.verify import Sensors
 from sceann_hil.journal import IndividualRow, JournalReader
 from sceann_hil.network.image import ControllerImage
+from sceann_hil.run.champion import champion_of
 from sceann_hil.run.replay import journalled_config, journalled_trials
 
 BEST = "best"
@@ -21,7 +22,7 @@ def chosen_individual(reader: JournalReader, genome: str = BEST) -> IndividualRo
         NotARun: the run has no such individual, or no finished generation yet.
     """
     if genome == BEST:
-        champion = reader.champion()
+        champion = champion_of(reader, keeps_best=journalled_config(reader).algorithm.keeps_best)
         if champion is None:
             raise NotARun(f"{reader.directory} has no finished generation yet.", "Let it run on: sceann resume.")
         return champion

@@ -171,12 +171,14 @@ def _speed(image: ControllerImage) -> str:
         "static inline void @name_step(@name_t *c, const uint16_t *sensors, int16_t *motors)",
         "{",
         "    uint16_t q;",
+        "#ifdef NAME_AVR_ASSEMBLER",
         "    uint32_t v;",
+        "#endif",
     ]
-    lines += [f"    uint16_t s{i} = {f'c->u[{i}]' if accumulating else '0'};" for i in range(size.n_neurons)]
+    lines += [f"    NAME_SUM s{i} = {f'c->u[{i}]' if accumulating else '0'};" for i in range(size.n_neurons)]
     for first in range(0, size.n_neurons, GROUP):
         sums = StraightLineSums.of(weights, range(first, min(first + GROUP, size.n_neurons)))
-        lines += [f"    uint16_t {name} = 0;" for name in sums.variables]
+        lines += [f"    NAME_SUM {name} = 0;" for name in sums.variables]
         for j, statements in sums.per_source.items():
             if statements:
                 source = f"@name_q10(sensors[{j}])" if j < size.n_sensors else f"c->x[{j - size.n_sensors}]"
@@ -184,13 +186,10 @@ def _speed(image: ControllerImage) -> str:
         lines += [f"    {statement}" for statement in sums.after]
     if not weights[:, : size.n_sensors].any():
         lines.append("    (void)sensors;  /* this network has no connection from them */")
-    if not weights.any():
-        lines += ["    q = 0;", "    (void)q;"]
     for i in range(size.n_neurons):
-        lines += [f"    v = @name_neuron(s{i});", f"    c->u[{i}] = (uint16_t)v;"]
-        lines += [f"    c->x[{i}] = (uint16_t)(v >> 16);"]
+        lines += [f"    q = NAME_NEURON(s{i}, c->u[{i}]);", f"    c->x[{i}] = q;"]
         if i >= size.n_hidden:
-            lines += [f"    motors[{i - size.n_hidden}] = (int16_t)(v >> 16);"]
+            lines += [f"    motors[{i - size.n_hidden}] = (int16_t)q;"]
     lines += ["}"]
     table = _table("static const uint16_t @name_nodes[130] NAME_TABLE", sigmoid_table().tolist())
     return table + _neuron(image, Optimize.SPEED) + ADD + "\n" + "\n".join(lines) + "\n"
@@ -235,7 +234,9 @@ static inline void @name_step(@name_t *c, const uint16_t *sensors, int16_t *moto
     uint8_t i;
     for (i = 0; i < NAME_NEURONS; i++) {{
         const uint16_t *source = sensors;
+#ifdef NAME_AVR_ASSEMBLER
         uint32_t v;
+#endif
         uint16_t sum = {"c->u[i]" if accumulating else "0"};
         uint8_t codes = 0, j;
         for (j = 0; j < {size.n_sources}; j++) {{
@@ -258,9 +259,7 @@ static inline void @name_step(@name_t *c, const uint16_t *sensors, int16_t *moto
             }}
             codes = (uint8_t)(codes >> 2);
         }}
-        v = @name_neuron(sum);
-        c->u[i] = (uint16_t)v;
-        x[i] = (uint16_t)(v >> 16);
+        x[i] = NAME_NEURON(sum, c->u[i]);
     }}
     for (i = 0; i < NAME_NEURONS; i++) {{
         c->x[i] = x[i];

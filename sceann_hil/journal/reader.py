@@ -157,6 +157,13 @@ class JournalReader:
         ).fetchone()
         return IndividualRow(*row) if row else None
 
+    def best_ever(self) -> IndividualRow | None:
+        """The best individual of all finished generations; the first of equals. None before there is one."""
+        row = self._db.execute(
+            f"SELECT {_INDIVIDUAL} WHERE fitness IS NOT NULL ORDER BY fitness DESC, generation, number LIMIT 1"
+        ).fetchone()
+        return IndividualRow(*row) if row else None
+
     def attempts(self, generation: int) -> list[AttemptRow]:
         """A generation's attempts in the order of their ids."""
         return list(self._attempts("WHERE generation = ? ORDER BY id", generation))

@@ -13,6 +13,7 @@ from typing import Self
 
 from sceann_hil.link.numbers import CHUNK_BYTES, LINK_VERSION, MAX_MOTORS
 from sceann_hil.link.vocabulary import Function, Mode, Op, StoreAction, Telemetry
+from sceann_hil.network.controller import ONE
 from sceann_hil.network.image import CODING_NUMBER, NEURON_NUMBER, ControllerImage
 from sceann_hil.robot import EndReason
 
@@ -86,8 +87,14 @@ def pack_drive(tick: int, low_byte: int, motors: Sequence[int]) -> bytes:
 
 
 def unpack_drive(data: bytes, n_motors: int) -> tuple[int, int, tuple[int, ...]]:
-    """Low 8 bits of the tick, low 8 bits of the state hash, `n_motors` motors in Q10."""
+    """Low 8 bits of the tick, low 8 bits of the state hash, `n_motors` motors in Q10.
+
+    Raises:
+        ValueError: a motor value that no neuron can have.
+    """
     tick, low_byte, *motors = _DRIVE.unpack(data)
+    if max(motors) > ONE:
+        raise ValueError(f"DRIVE: expected motors 0..{ONE}, got {motors}")
     return tick, low_byte, tuple(motors[:n_motors])
 
 

@@ -19,6 +19,7 @@ REPLY_S = 0.25
 STORE_REPLY_S = 1.5
 """The same for STORE: an AVR writes its EEPROM at 3.4 ms per byte."""
 TRIES = 6
+_KNOWN_STATUS = frozenset(map(int, Status))
 SECOND_ROBOT_S = 0.05
 """How long to wait for another robot's descriptor behind the first."""
 
@@ -78,6 +79,10 @@ class RobotLink(RobotLine):
                         continue
                     reply = Reply.unpack(incoming.data)
                     if (reply.op, reply.sequence) != (op, self._sequence):
+                        continue
+                    if reply.status not in _KNOWN_STATUS:
+                        # newer firmware, another device, a chance check sum: no answer that this host understands
+                        self.statistics.foreign += 1
                         continue
                     self.statistics.round_trips.add(self.now_s() - sent_s)
                     if reply.status != Status.OK:
@@ -186,6 +191,7 @@ class RobotLink(RobotLine):
         """Stop whatever runs; never raises. True if the robot acknowledged."""
         try:
             self.request(Op.STOP, tries=2)
-        except LinkError:
+        except Exception:
+            # whatever a bus raises, the answer to "is it safe?" is no
             return False
         return True

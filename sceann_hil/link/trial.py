@@ -80,6 +80,7 @@ class Follower:
         newest: the newest tick whose sensors are known; -1 before the first.
         end: what the robot said last.
         task_end: why the task ended, and in which tick, where `watch` says so.
+        contradiction: what cannot all be true of what came; empty if there is nothing.
 
     Args:
         order: the trial.
@@ -99,6 +100,7 @@ class Follower:
         self.end: End | None = None
         self.task_end: tuple[EndReason, int] | None = None
         self.restarted = False
+        self.contradiction = ""
         self._watch = watch
         self._observer = observer
         self._rest_heartbeats = 0
@@ -123,6 +125,8 @@ class Follower:
             bits, hash_byte, motors = unpack_drive(data, self.order.n_motors)
             tick = self._tick(bits, 256, self._newest_drive)
             if 0 <= tick < self.order.max_ticks:
+                if self.hash_bytes[tick] >= 0 and (hash_byte, *motors) != (self.hash_bytes[tick], *self.motors[tick]):
+                    self.contradiction = f"step {tick} was answered in two different ways"
                 self.hash_bytes[tick], self.motors[tick] = hash_byte, motors
                 self._newest_drive = max(self._newest_drive, tick)
         elif function == Function.NEURON_STATES and len(data) == 8 and self.order.n_neurons:
@@ -134,6 +138,8 @@ class Follower:
         elif function == Function.END and len(data) == 7:
             end = End.unpack(data)
             if end.trial_id == self.order.trial_id and end.reason is not LinkEnd.UNFINISHED:
+                if self.end is not None and end != self.end:
+                    self.contradiction = "the trial ended in two different ways"
                 self.end = end
         elif function == Function.EVENT and len(data) == 8:
             event = Event.unpack(data)
@@ -158,7 +164,11 @@ class Follower:
         return newest + 1 + ahead - (modulus if ahead >= modulus // 2 else 0)
 
     def _sensed(self, tick: int, values: tuple[int, ...]) -> None:
-        if not 0 <= tick < self.order.max_ticks or self.has_sensors[tick]:
+        if not 0 <= tick < self.order.max_ticks:
+            return
+        if self.has_sensors[tick]:
+            if values[: self.order.n_sensors] != tuple(self.sensors[tick].tolist()):
+                self.contradiction = f"two different sensor readings came for step {tick}"
             return
         self.sensors[tick] = values[: self.order.n_sensors]
         self.has_sensors[tick] = True

@@ -9,7 +9,7 @@ from sceann_hil.link.vocabulary import Function, Op, Status
 from sceann_hil.network.coding import Bits, Coding, NetworkSize, Weights
 from sceann_hil.network.controller import Dynamics
 from sceann_hil.network.image import ControllerImage
-from sceann_hil.robot import RobotFault
+from sceann_hil.robot import LinkError, RobotFault
 
 
 def shortest_genome(weights: Weights, size: NetworkSize) -> tuple[Coding, Bits]:
@@ -45,6 +45,7 @@ def upload_image(link: RobotLink, image: ControllerImage) -> None:
         link.request(Op.LOAD, load_arguments(image))
         for index, chunk in enumerate(chunks):
             link.send(Function.GENOME, pack_chunk(index, chunk))
+        contradicted = False
         for _ in range(3 * len(chunks) + 3):
             try:
                 reply = link.request(Op.COMMIT, commit_arguments(image.record_crc))
@@ -53,7 +54,13 @@ def upload_image(link: RobotLink, image: ControllerImage) -> None:
                     raise
                 link.statistics.retries += 1
                 missing = refused.reply.missing_chunk
+                if missing >= len(chunks):
+                    raise LinkError(f"GENOME: the robot misses chunk {missing}, and there are {len(chunks)}") from None
                 link.send(Function.GENOME, pack_chunk(missing, chunks[missing]))
+                continue
+            if reply.u32() != image.weights_crc and not contradicted:
+                # asked once more: one odd frame is no fault of the robot
+                contradicted = True
                 continue
             if reply.u32() != image.weights_crc:
                 raise RobotFault(

@@ -58,14 +58,15 @@ def update_outputs(u: Int16Lanes, resets: Int16Lanes, outputs: Int16Lanes, memor
     """x = f(u) by table interpolation; a memoryless neuron that was reset outputs 0. Shapes as in `update_states`."""
     for i in range(u.shape[0]):
         for lane in range(LANES):
-            outputs[i, lane] = _interpolate(u[i, lane])
+            outputs[i, lane] = interpolate(u[i, lane])
         if memoryless:
             for lane in range(LANES):
                 outputs[i, lane] = _I2(0) if resets[i, lane] else outputs[i, lane]
 
 
 @compiled_part
-def _interpolate(state: np.int16) -> np.int16:
+def interpolate(state: np.int16) -> np.int16:
+    """f(u) of one state, -8192..8192."""
     z = _I4(_I4(state) + _I4(THRESHOLD))
     entry = _TABLE[np.uint32(z) >> np.uint32(7)]
     rise = _I4(_I4(entry & _I4(255)) * _I4(z & _I4(127)))
@@ -77,9 +78,14 @@ def update_hashes(u: Int16Lanes, hashes: NDArray[np.uint16]) -> None:
     """Continue each lane's CRC-16 (polynomial 0x1021) with its states as little-endian int16."""
     for i in range(u.shape[0]):
         for lane in range(LANES):
-            state = _U2(u[i, lane])
-            crc = _crc_byte(hashes[lane], _U2(state & _U2(255)))
-            hashes[lane] = _crc_byte(crc, _U2(state >> _U2(8)))
+            hashes[lane] = hashed(hashes[lane], u[i, lane])
+
+
+@compiled_part
+def hashed(crc: np.uint16, state: np.int16) -> np.uint16:
+    """The CRC-16 after one more state."""
+    word = _U2(state)
+    return _crc_byte(_crc_byte(crc, _U2(word & _U2(255))), _U2(word >> _U2(8)))
 
 
 @compiled_part

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from sceann_hil.network.coding import NetworkSize, Weights
 from sceann_hil.network.compiled import compiled
 from sceann_hil.network.controller import Dynamics, Neuron
-from sceann_hil.network.neurons import LANES, update_hashes, update_outputs, update_states
+from sceann_hil.network.neurons import hashed
+from sceann_hil.network.single import step_neurons
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,26 +64,15 @@ def _recompute(
     trace_x: NDArray[np.int16],
     hashes: NDArray[np.uint16],
 ) -> None:
-    n_neurons, n_sources = weights.shape
-    n_sensors = n_sources - n_neurons
-    lane_weights = np.zeros((n_neurons, n_sources, LANES), np.int16)
-    sources = np.zeros((n_sources, LANES), np.int16)
-    outputs = sources[n_sensors:]
-    u = np.zeros((n_neurons, LANES), np.int16)
-    resets = np.zeros((n_neurons, LANES), np.int16)
-    lane_hashes = np.full(LANES, 0xFFFF, np.uint16)
-    for i in range(n_neurons):
-        outputs[i] = initial_output
-        for j in range(n_sources):
-            lane_weights[i, j] = weights[i, j]
+    n_neurons = weights.shape[0]
+    now = np.zeros((3, n_neurons), np.int32)
+    now[1] = initial_output
+    crc = np.uint16(0xFFFF)
     for step in range(sensors.shape[0]):
-        for j in range(n_sensors):
-            r = np.int32(sensors[step, j])
-            sources[j] = np.int16(r + (r >> np.int32(9)))
-        update_states(u, resets, lane_weights, sources, memoryless)
-        update_outputs(u, resets, outputs, memoryless)
-        update_hashes(u, lane_hashes)
+        step_neurons(weights, now, sensors[step], memoryless)
         for i in range(n_neurons):
-            trace_u[step, i] = u[i, 0]
-            trace_x[step, i] = outputs[i, 0]
-        hashes[step] = lane_hashes[0]
+            state = np.int16(now[0, i])
+            trace_u[step, i] = state
+            trace_x[step, i] = np.int16(now[1, i])
+            crc = hashed(crc, state)
+        hashes[step] = crc

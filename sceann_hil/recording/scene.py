@@ -61,6 +61,7 @@ def moving(run: RecordedRun, drawing: Drawing, trial: RecordedTrial, *, full: bo
     state, n = trial.trace.state, trial.steps
     fields = {name: state[:, k] for k, name in enumerate(run.state_fields)}
     if not all(field in fields for part in drawing.parts for field in (part.x, part.y, part.turn) if field):
+        yield from _at_its_start(run, drawing, trial, full=full)
         return
     now = step_times(n + 1, run.tick_s)
     for part in drawing.parts:
@@ -91,6 +92,18 @@ def moving(run: RecordedRun, drawing: Drawing, trial: RecordedTrial, *, full: bo
     if drawing.phases is not None:
         steps, names = phases(drawing, trial)
         yield timed(PHASE, times_of(steps, run.tick_s), rr.StateChange.columns(state=names))
+
+
+def _at_its_start(run: RecordedRun, drawing: Drawing, trial: RecordedTrial, *, full: bool) -> Iterator[Chunk]:
+    """The robot where it was put: nobody knows where it went, as with most real ones."""
+    fields = {name: np.array([value], np.float32) for name, value in zip(run.start_fields, trial.start, strict=False)}
+    if not all(field in fields for part in drawing.parts for field in (part.x, part.y, part.turn) if field):
+        return
+    for part in drawing.parts:
+        name = entity(drawing, part)
+        yield timed(name, step_times(1, run.tick_s), _pose(part, fields, 1))
+        if full and part.fans:
+            yield timed(f"{name}/fans", step_times(trial.steps, run.tick_s), _fan_colours(trial, len(part.fans)))
 
 
 def curve_names(part: Part) -> tuple[str, ...]:

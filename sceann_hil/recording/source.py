@@ -73,6 +73,7 @@ class RunSource:
             max_steps=self._task.max_steps,
             best_fitness=self._task.best_fitness,
             drawing=self._robot.drawing,
+            start_fields=spec.start_fields,
             state_fields=self._robot.spec.state_fields,
         )
         if spec.repeatable:

@@ -30,6 +30,7 @@ class RecordedRun:
         best_fitness: no trial can be worth more.
         state_fields: names of the body's state in traces.
         drawing: what the robot looks like; None for signals only.
+        start_fields: names of the values of a trial's start.
     """
 
     name: str
@@ -41,6 +42,7 @@ class RecordedRun:
     best_fitness: float
     state_fields: tuple[str, ...]
     drawing: Drawing | None
+    start_fields: tuple[str, ...] = ()
 
     @cached_property
     def sensor_names(self) -> tuple[str, ...]:
@@ -70,6 +72,7 @@ class RecordedTrial:
         champion: its individual was the best of its generation.
         weights: of its network, shape ``(n_neurons, n_sources)``.
         trace: all that happened.
+        start: its start values.
     """
 
     id: int
@@ -82,6 +85,7 @@ class RecordedTrial:
     champion: bool
     weights: Weights
     trace: Trace
+    start: tuple[float, ...] = ()
 
     @classmethod
     def of(cls, row: AttemptRow, end_reason: EndReason, trace: Trace, weights: Weights, *, champion: bool) -> Self:
@@ -97,6 +101,7 @@ class RecordedTrial:
             champion=champion,
             weights=weights,
             trace=trace,
+            start=tuple(row.start),
         )
 
     @property

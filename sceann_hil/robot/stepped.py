@@ -11,7 +11,8 @@ from abc import abstractmethod
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sceann_hil.network.controller import ONE, Controller, quantise_sensors, state_hash
+from sceann_hil.network.controller import state_hash
+from sceann_hil.network.single import SingleNetwork
 from sceann_hil.robot import (
     UNKNOWN_STATE,
     EmergencyStop,
@@ -81,6 +82,13 @@ class SteppedRobot(Robot):
     def stop(self) -> None:
         """Bring the motors to their safe output. Called after every trial, at any error, and at any other time."""
 
+    def state(self) -> ArrayLike:
+        """The body's state now, shape ``(n_state,)`` in the order of ``spec.state_fields``; none if nobody knows it.
+
+        Asked after `sense` in every step, and once more at the end.
+        """
+        return UNKNOWN_STATE
+
     def ended(self) -> EndReason | None:
         """Asked after every step: why the task has ended, or None."""
         return None
@@ -99,18 +107,18 @@ class SteppedRobot(Robot):
         self.make_safe(str(reason))
 
     def run(self, trials: Trials) -> Results:
-        """Run the trials one after the other; with traces unless the robot can repeat them.
+        """Run the trials one after the other, and keep every step of them.
 
         Raises:
             ValueError: the network does not fit, or sensors have another shape than ``spec`` says.
         """
-        return self._run_all(trials, tracing=not self.spec.repeatable)
+        return self._run_all(trials)
 
     def trace(self, trials: Trials) -> Results:
-        """Run the trials of a repeatable robot again and keep everything."""
-        return self._run_all(trials, tracing=True) if self.spec.repeatable else super().trace(trials)
+        """Run the trials of a repeatable robot again; see `run`."""
+        return self._run_all(trials) if self.spec.repeatable else super().trace(trials)
 
-    def _run_all(self, trials: Trials, *, tracing: bool) -> Results:
+    def _run_all(self, trials: Trials) -> Results:
         spec, size = self.spec, trials.size
         if (size.n_sensors, size.n_motors) != (spec.n_sensors, spec.n_motors):
             raise ValueError(
@@ -133,49 +141,56 @@ class SteppedRobot(Robot):
             end_reasons=np.array(ends, np.uint8),
             steps=steps,
             hashes=np.array([state_hash(trace.u) for trace in traces], np.uint16),
-            final_states=np.zeros((len(trials), 0), np.float32),
+            final_states=_final_states(traces),
             durations_s=steps.astype(np.float64) * spec.tick_s,
-            traces=traces if tracing else None,
+            traces=traces,
             why_void=self._why_void,
         )
 
     def _run_one(self, trial: Trials) -> tuple[EndReason, Trace]:
-        weights = trial.weights[trial.genome_index[0]]
-        controller = Controller(weights, trial.size, trial.dynamics)
-        sensors = np.zeros((trial.max_steps, trial.size.n_sensors), np.uint16)
-        u = np.zeros((trial.max_steps, trial.size.n_neurons), np.int16)
-        x = np.zeros((trial.max_steps, trial.size.n_neurons), np.int16)
-        step, end = 0, None
-        if self._observer is not None:
-            self._observer.begin(int(trial.ids[0]))
+        spec, observer = self.spec, self._observer
+        network = SingleNetwork(trial.weights[trial.genome_index[0]], trial.size, trial.dynamics, trial.max_steps)
+        states = np.zeros((trial.max_steps + 1, 0), np.float32)
+        step, end, expected = 0, None, (spec.n_sensors,)
+        if observer is not None:
+            observer.begin(int(trial.ids[0]))
         try:
-            start = dict(zip(self.spec.start_fields, trial.starts[0].tolist(), strict=True))
+            start = dict(zip(spec.start_fields, trial.starts[0].tolist(), strict=True))
             if self._interrupted is None:
                 self.reset(start, int(trial.keys[0]))
             if self._interrupted is not None:
                 # before its first step no goal is reached either
                 end = self._interrupted if self._interrupted.is_void else EndReason.OPERATOR
+            elif len(state := self._state_now()):
+                states = np.zeros((trial.max_steps + 1, len(state)), np.float32)
+            knows = states.shape[1] > 0
             due_s, overruns = time.monotonic(), 0
             while end is None and step < trial.max_steps:
-                due_s, overruns = self._wait(due_s, overruns)
-                if overruns >= OVERRUN_LIMIT:
-                    end = EndReason.OVERRUN
-                    self._why_void = f"{OVERRUN_LIMIT} control steps in a row began a whole period late"
-                    break
-                sensors[step] = self._wire()
-                motors = controller.step(sensors[step])
+                if self.paced:
+                    due_s, overruns = self._wait(due_s, overruns)
+                    if overruns >= OVERRUN_LIMIT:
+                        end = EndReason.OVERRUN
+                        self._why_void = f"{OVERRUN_LIMIT} control steps in a row began a whole period late"
+                        break
+                values = np.asarray(self.sense(), np.float64)
+                motors = network.step(step, values) if values.shape == expected else None
+                if motors is None:
+                    raise ValueError(f"sense: expected {spec.n_sensors} finite values, got {values}")
+                if knows:
+                    states[step] = self.state()
                 if self._interrupted is not None:
                     end = self._interrupted
                     break
-                self.drive(motors.astype(np.float64) / ONE)
-                u[step], x[step] = controller.u, controller.x
-                if self._observer is not None:
-                    self._observer.step(step, sensors[step], UNKNOWN_STATE)
+                self.drive(motors)
+                if observer is not None:
+                    observer.step(step, network.sensors[step], states[step])
                 step += 1
                 end = self._interrupted or self.ended()
             if end is None and self.paced:
                 # the last motor values also act for one whole period
                 time.sleep(max(0.0, due_s - time.monotonic()))
+            if knows:
+                states[step] = self.state()
         except tuple(error for error, _ in _VOID) as error:
             end = next(reason for kind, reason in _VOID if isinstance(error, kind))
             self._why_void = str(error)
@@ -183,13 +198,12 @@ class SteppedRobot(Robot):
             self.stop()
             if self._observer is not None:
                 self._observer.end()
-        states = np.zeros((step + 1, 0), np.float32)
-        return end or EndReason.TIME_UP, Trace(states, sensors[:step], u[:step], x[:step])
+        # copies, because most trials are shorter than they may be
+        told = (network.sensors[:step].copy(), network.u[:step].copy(), network.x[:step].copy())
+        return end or EndReason.TIME_UP, Trace(states[: step + 1].copy(), *told)
 
     def _wait(self, due_s: float, overruns: int) -> tuple[float, int]:
         """Until the next tick is due; when the one after it is, and how many ticks in a row were a period late."""
-        if not self.paced:
-            return due_s, 0
         tick_s = self.spec.tick_s
         time.sleep(max(0.0, due_s - time.monotonic()))
         now_s = time.monotonic()
@@ -198,8 +212,16 @@ class SteppedRobot(Robot):
             return now_s + tick_s, overruns + 1
         return due_s + tick_s, 0
 
-    def _wire(self) -> NDArray[np.uint16]:
-        values = np.asarray(self.sense(), np.float64)
-        if values.shape != (self.spec.n_sensors,) or not np.isfinite(values).all():
-            raise ValueError(f"sense: expected {self.spec.n_sensors} finite values, got {values}")
-        return quantise_sensors(values)
+    def _state_now(self) -> NDArray[np.float32]:
+        fields, values = self.spec.state_fields, np.asarray(self.state(), np.float32)
+        if values.shape not in ((0,), (len(fields),)):
+            raise ValueError(f"state: expected {len(fields)} values ({', '.join(fields)}), got {values}")
+        return values
+
+
+def _final_states(traces: list[Trace]) -> NDArray[np.float32]:
+    """One row for each trial; 0 where a trial failed before its state was known."""
+    states = np.zeros((len(traces), max((trace.state.shape[1] for trace in traces), default=0)), np.float32)
+    for row, trace in zip(states, traces, strict=True):
+        row[: trace.state.shape[1]] = trace.state[-1]
+    return states

@@ -13,6 +13,7 @@ from sceann_hil.config import ExperimentConfig, parse_config
 from sceann_hil.errors import ConfigError, NotARun
 from sceann_hil.evolution import Algorithm, State
 from sceann_hil.journal import FirstGeneration, IndividualRow, JournalReader
+from sceann_hil.network.coding import Bits
 from sceann_hil.seeds import Purpose, generator
 
 
@@ -61,11 +62,12 @@ class Ancestor:
             )
         number = finished[-1].number
         rows = reader.individuals(number)
-        algorithm = config.algorithm.build(config.genome_length)
+        algorithm: Algorithm[Any] = config.algorithm.for_experiment(config)
         if self.take is Take.BEST:
             state, parents = self._best(algorithm, config, rows)
         else:
-            state = self._population(algorithm, config, rows, reader.algorithm_state(number))
+            genomes = _heirs(theirs, reader.algorithm_state(number), rows)
+            state = self._population(algorithm, config, genomes, reader.algorithm_state(number))
             parents = [rows[i % len(rows)].id for i in range(len(state.genomes))]
         return FirstGeneration(algorithm.dump(state), state.genomes, parents, algorithm.structures(state))
 
@@ -84,14 +86,11 @@ class Ancestor:
                     "A population can go on only where its genomes make the same networks.",
                 )
 
-    def _population(
-        self, algorithm: Algorithm[Any], config: ExperimentConfig, rows: list[IndividualRow], dumped: bytes
-    ) -> State:
+    def _population(self, algorithm: Algorithm[Any], config: ExperimentConfig, genomes: Bits, dumped: bytes) -> State:
         try:
             state: State = algorithm.load(dumped)
         except ValueError:
             # another algorithm, or another number of individuals: their expressed bits are what can be taken
-            genomes = np.stack([row.genome_bits(config.genome_length) for row in rows])
             state = algorithm.adopt(genomes, generator(config.seed, Purpose.ALGORITHM, 0))
         return replace(state, parents=np.full(len(state.genomes), -1, np.int32))
 
@@ -101,9 +100,19 @@ class Ancestor:
         best = max(rows, key=lambda row: (row.fitness if row.fitness is not None else -np.inf, -row.number))
         rng = generator(config.seed, Purpose.ALGORITHM, 0)
         same: State = algorithm.adopt(best.genome_bits(config.genome_length)[None], rng)
+        if config.algorithm.weighs_trials:
+            # it has no children, and would take the zeros below for a trial
+            return same, [best.id] * len(same.genomes)
         nothing = np.zeros(len(same.genomes))
         measures = np.zeros((len(same.genomes), len(config.algorithm.measures)))
         children: State = algorithm.tell_measured(same, nothing, measures, rng)
         return replace(children, parents=np.full(len(children.genomes), -1, np.int32)), [best.id] * len(
             children.genomes
         )
+
+
+def _heirs(config: ExperimentConfig, dumped: bytes, rows: list[IndividualRow]) -> Bits:
+    """Genomes of a run to go on from, best first: what its algorithm says, or its last finished generation."""
+    algorithm: Algorithm[Any] = config.algorithm.build(config.genome_length)
+    heirs = algorithm.heirs(algorithm.load(dumped))
+    return np.stack([row.genome_bits(config.genome_length) for row in rows]) if heirs is None else heirs

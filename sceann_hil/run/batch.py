@@ -29,11 +29,13 @@ class Outcomes:
     Attributes:
         fitness: of every trial, float64, shape ``(g, t)``.
         succeeded: it reached what the task asks for, bool, shape ``(g, t)``.
+        durations_s: robot time of every trial, float64, shape ``(g, t)``.
         measures: what the algorithm is told besides, float64, shape ``(g, t, k)``; None if it wants nothing.
     """
 
     fitness: NDArray[np.float64]
     succeeded: NDArray[np.bool_]
+    durations_s: NDArray[np.float64]
     measures: NDArray[np.float64] | None = None
 
     @property
@@ -88,7 +90,7 @@ class BatchEvaluator:
         trial = np.arange(self.task.n_trials) if trial is None else trial
         shape = (len(genomes), len(trial))
         keys = np.broadcast_to(np.asarray(noise, np.uint64), shape)
-        fitness, succeeded = np.empty(shape), np.empty(shape, np.bool_)
+        fitness, succeeded, durations_s = np.empty(shape), np.empty(shape, np.bool_), np.empty(shape)
         measures = None if self.measures is None else np.empty((*shape, len(self.measures.columns)))
         step = max(1, TRIALS_AT_ONCE // max(1, len(trial)))
         for first in range(0, len(genomes), step):
@@ -100,9 +102,10 @@ class BatchEvaluator:
             results.must_count()
             fitness[part] = _finite(self.task.fitness(results)).reshape(-1, len(trial))
             succeeded[part] = self.task.succeeded(results).reshape(-1, len(trial))
+            durations_s[part] = results.durations_s.reshape(-1, len(trial))
             if measures is not None and self.measures is not None:
                 measures[part] = self.measures.of_trials(results).reshape(-1, len(trial), measures.shape[2])
-        return Outcomes(fitness, succeeded, measures)
+        return Outcomes(fitness, succeeded, durations_s, measures)
 
     def trace(self, genomes: Bits, noise: ArrayLike = 0, trial: NDArray[np.int64] | None = None) -> Results:
         """Run all trials of a few genomes and keep every step of them, in the order of genomes, then trials.

@@ -33,12 +33,12 @@ def generations(
     else:
         number, state = row.number, algorithm.load(journal.reader.algorithm_state(row.number))
         if row.finished_at is not None:
-            if number >= last:
+            if number >= last or algorithm.is_last(state):
                 return
             number, state = _breed(journal, algorithm, root_seed, number, state, measures)
     while True:
         yield number, state
-        if number >= last:
+        if number >= last or algorithm.is_last(state):
             return
         number, state = _breed(journal, algorithm, root_seed, number, state, measures)
 

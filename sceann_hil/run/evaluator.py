@@ -46,12 +46,16 @@ class Evaluator:
         self._root_seed = root_seed
         self._saving = saving or SavingConfig()
 
-    def evaluate(self, generation: int, genomes: Bits) -> Evaluation:
+    def evaluate(
+        self, generation: int, genomes: Bits, of: NDArray[np.bool_] | None = None, remark: str = ""
+    ) -> Evaluation:
         """Every trial of every individual, counted exactly once.
 
         Args:
             generation: number of the generation, whose individuals are in the journal.
             genomes: bits, shape ``(population, L)``.
+            of: the trials that there are, shape ``(population, n_trials)``, at least one of each; all by default.
+            remark: what people should know of this generation.
 
         Raises:
             Stopped, TrialVoid, RobotError: as in `TrialRunner.run`.
@@ -59,13 +63,15 @@ class Evaluator:
         population, n_trials = len(genomes), self._task.n_trials
         pool = self._pool(generation, genomes)
         wanted = np.ones((population, n_trials), np.bool_) if pool is None else pool.wanted(genomes)
+        wanted &= True if of is None else of
         trials = self._trials(generation, genomes)
+        trials.remark = remark
         rows = self._runner.journal.reader.attempts(generation)
         self._runner.recall(trials, ((row.individual * n_trials + row.trial, row) for row in rows))
         now = _Generation(genomes, trials, n_trials, pool)
         is_open = np.ones(population, np.bool_)
         todo = int((wanted & np.isnan(now.fitness)).sum())
-        self._runner.companion.begin(generation, todo, population * n_trials)
+        self._runner.companion.begin(generation, todo, int(wanted.sum()) if of is not None else wanted.size)
         racing = self._saving.racing is not Racing.OFF
         order = rounds(
             population,
@@ -89,7 +95,10 @@ class Evaluator:
         if racing:
             fitness = raced_fitness(values, task.worst_fitness, task.best_fitness, self._saving.racing)
             return Evaluation(fitness, now.success_rate)
-        return Evaluation(values.mean(axis=1), now.success_rate)
+        # the same bits as ever where every trial counts
+        known = ~np.isnan(values)
+        fitness = values.mean(axis=1) if known.all() else np.nanmean(values, axis=1)
+        return Evaluation(fitness, now.success_rate)
 
     def _trials(self, generation: int, genomes: Bits) -> TrialSet:
         individual, trial = np.indices((len(genomes), self._task.n_trials), np.int64).reshape(2, -1)

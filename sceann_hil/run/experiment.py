@@ -34,6 +34,7 @@ from sceann_hil.journal import (
 from sceann_hil.robot import Robot
 from sceann_hil.run.ancestor import Ancestor
 from sceann_hil.run.breeding import generations
+from sceann_hil.run.champion import champion_of
 from sceann_hil.run.evaluator import Evaluator
 from sceann_hil.run.measures import Measures
 from sceann_hil.run.reference import ReferenceRuns
@@ -177,7 +178,7 @@ class Experiment:
             RobotError: the robot's, and `TrialVoid` when a trial keeps failing. The run can be resumed.
         """
         config, reader, last = self.config, self.journal.reader, self.config.algorithm.generations
-        algorithm = config.algorithm.build(config.genome_length)
+        algorithm = config.algorithm.for_experiment(config)
         presence = Presence(desk or Desk(asks=False, stop=stop), stop, more or {})
         runner = begin_session(self.journal, config, robot, self._forecast(robot), presence)
         runner.before = ReferenceRuns(config.reference, runner, config.seed).run_if_due
@@ -186,12 +187,14 @@ class Experiment:
         try:
             for number, state in generations(self.journal, algorithm, config.seed, last, Measures.of(config)):
                 started = time.monotonic()
-                evaluation = evaluator.evaluate(number, algorithm.ask(state))
+                of = algorithm.wanted(state, runner.task.n_trials)
+                evaluation = evaluator.evaluate(number, algorithm.ask(state), of, algorithm.remark(state))
                 self.journal.finish_generation(
                     number, evaluation.fitness, time.monotonic() - started, evaluation.success_rate
                 )
-                report(self._progress(number, evaluation.fitness.size * runner.task.n_trials))
-                if number == last:
+                n_trials = evaluation.fitness.size * runner.task.n_trials if of is None else int(of.sum())
+                report(self._progress(number, n_trials))
+                if number == last or algorithm.is_last(state):
                     break
                 request = stop()
                 if request is StopRequest.AFTER_GENERATION:
@@ -250,7 +253,7 @@ class Experiment:
 
     def _progress(self, number: int, trials: int) -> Progress:
         reader = self.journal.reader
-        row, champion = reader.last_generation(), reader.champion()
+        row, champion = reader.last_generation(), champion_of(reader, keeps_best=self.config.algorithm.keeps_best)
         if row is None or champion is None:
             raise RuntimeError(f"generation {number} was finished and is not in the journal")
         return Progress(row, self.config.algorithm.generations, trials, champion)

@@ -54,6 +54,7 @@ class TrialSet:
         names: outside evolution, the genomes in hexadecimal, ``g`` of them.
         measurement: the journal's number of the measurement that they belong to.
         heading: of a place outside evolution: what people read.
+        remark: what people should know of all of them.
         told: called with places, their results and fitness, whenever trials counted.
         fitness: NaN where none counts yet.
         succeeded: it reached what the task asks for.
@@ -71,6 +72,7 @@ class TrialSet:
     names: Sequence[str] = ()
     measurement: int | None = None
     heading: Callable[[int], str] = lambda _: ""
+    remark: str = ""
     told: Callable[[Places, Results, NDArray[np.float64]], object] = lambda *_: None
     fitness: NDArray[np.float64] = field(init=False)
     succeeded: NDArray[np.bool_] = field(init=False)
@@ -112,7 +114,7 @@ class TrialSet:
     def upcoming(self, places: Places, slots: Slots) -> Upcoming:
         """What people are told of the next attempts of some places."""
         besides = self.kind is AttemptKind.REFERENCE
-        return Upcoming(slots, self.generation, self.heading(int(places[0])), besides=besides)
+        return Upcoming(slots, self.generation, self.heading(int(places[0])), self.remark, besides=besides)
 
 
 class TrialRunner:

@@ -1,13 +1,17 @@
 """Blocks on a Dask cluster; a dead worker's blocks are done again elsewhere.
 
 Needs the extra ``cluster``. The workers need this package, Python, NumPy, Numba and all plug-ins in the same versions:
-results do not depend on who computes them, but another version may compute something else.
+results do not depend on who computes them, but another version may compute something else. Each block is refused by a
+worker whose versions are others, so whoever joins later is checked too. Workers may come and go, to none and back.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import logging
+import time
+from collections.abc import Callable, Iterable, Iterator
 from itertools import islice
+from queue import Empty, SimpleQueue
 from types import ModuleType
 from typing import Any, Self
 
@@ -17,6 +21,9 @@ from sceann_hil.versions import running_versions
 
 MOST_ATTEMPTS = 5
 """Times that one block may be lost together with its worker."""
+_LOOK_S = 1.0
+"""So often the cluster is looked at while no block is finished."""
+_SAME_VERSIONS = "Install the same versions on every worker, then start it again. The same command continues."
 
 
 class ClusterWorkers:
@@ -25,15 +32,19 @@ class ClusterWorkers:
     Args:
         address: of the scheduler, such as ``tcp://10.0.0.5:8786``.
         timeout_s: how long to wait for it.
+        tell: told in words when there are no workers, and when there are some again.
 
     Raises:
         PackageMissing: the extra is not installed.
         WorkersLost: the scheduler does not answer, or its workers have other versions.
     """
 
-    def __init__(self, address: str, timeout_s: float = 15.0) -> None:
+    def __init__(self, address: str, timeout_s: float = 15.0, tell: Callable[[str], object] = lambda _: None) -> None:
         self.address = address
         self._dask = _dask()
+        self._tell = tell
+        # what it logs when a scheduler is gone is said in one message of ours
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)
         try:
             self._client = self._dask.Client(address, timeout=timeout_s, set_as_default=False)
         except (OSError, ValueError) as error:
@@ -41,53 +52,58 @@ class ClusterWorkers:
                 f"No Dask scheduler answers at {address}: {error}",
                 "Start one with `dask scheduler` and workers with `dask worker ADDRESS`, or correct --cluster.",
             ) from None
+        self._threads = 0
+        self._looked = -_LOOK_S
+        self._waits = False
         self._check_versions()
 
     @property
     def description(self) -> str:
         """For reports."""
-        return f"a Dask cluster with {len(self._client.nthreads())} workers"
+        n = len(self._asked(self._client.nthreads))
+        return f"a Dask cluster with {n} workers" if n else "a Dask cluster"
 
     def compute(self, blocks: Iterable[Block]) -> Iterator[BlockResult]:
-        """Results in the order in which they are finished.
+        """Results in the order in which they are finished; waits as long as there are no workers.
 
         Raises:
-            WorkersLost: a block takes every worker down with it, or the scheduler is gone.
+            WorkersLost: a block takes every worker down with it, the scheduler is gone, or a worker has other versions.
         """
         waiting = iter(blocks)
-        finished = self._dask.as_completed(loop=self._client.loop)
-        attempts: dict[str, tuple[Block, int]] = {}
+        finished: SimpleQueue[Any] = SimpleQueue()
+        running: dict[str, tuple[Block, int, Any]] = {}
 
         def submit(block: Block, attempt: int) -> None:
             key = f"sceann-{block.condition}-{block.first_run}-{attempt}-{id(self)}"
-            attempts[key] = (block, attempt)
-            finished.add(self._client.submit(compute_block, block, key=key, pure=False))
+            future = self._client.submit(_compute, block, _versions(), key=key, pure=False)
+            running[key] = block, attempt, future
+            future.add_done_callback(finished.put)
 
-        for block in islice(waiting, self._in_the_air()):
-            submit(block, 1)
-        while attempts:
-            future = next(finished)
-            block, attempt = attempts.pop(future.key)
-            try:
-                result = future.result()
-            except (self._dask.KilledWorker, self._dask.client.FutureCancelledError) as error:
-                if attempt == MOST_ATTEMPTS or self._client.status != "running":
-                    raise WorkersLost(
-                        f"The cluster lost the runs from {block.first_run} of condition {block.condition}: {error}",
-                        "Results so far are kept: look at the workers, then the same command continues.",
-                    ) from None
-                submit(block, attempt + 1)
-                continue
-            future.release()
-            for fresh in islice(waiting, max(0, self._in_the_air() - len(attempts))):
-                submit(fresh, 1)
-            yield result
+        self._look()
+        try:
+            while True:
+                for fresh in islice(waiting, max(0, self._most_running() - len(running))):
+                    submit(fresh, 1)
+                if not running:
+                    return
+                future = self._next(finished)
+                block, attempt, _ = running.pop(future.key)
+                result = self._result(future, block, attempt)
+                future.release()
+                if result is None:
+                    submit(block, attempt + 1)
+                else:
+                    yield result
+        finally:
+            for _, _, future in running.values():
+                future.release()
 
     @property
     def count(self) -> int:
-        """Threads of all workers."""
-        threads: dict[str, int] = self._client.nthreads()
-        return max(1, sum(threads.values()))
+        """Threads of all workers, as they were a moment ago."""
+        if time.monotonic() - self._looked >= _LOOK_S:
+            self._look()
+        return max(1, self._threads)
 
     def close(self) -> None:
         """Leave the cluster as it is."""
@@ -99,19 +115,92 @@ class ClusterWorkers:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _in_the_air(self) -> int:
-        """Enough that nobody waits, few enough that memory stays bounded."""
+    def _most_running(self) -> int:
+        """Enough that nobody waits and that an adaptive cluster grows, few enough that memory stays bounded."""
         return max(4, 2 * self.count)
+
+    def _next(self, finished: SimpleQueue[Any]) -> Any:
+        """The next block that is over, one way or the other."""
+        while True:
+            try:
+                return finished.get(timeout=_LOOK_S)
+            except Empty:
+                self._look()
+
+    def _look(self) -> None:
+        """How many workers there are; says when there are none."""
+        self._threads = sum(self._asked(self._client.nthreads).values())
+        self._looked = time.monotonic()
+        if self._threads == 0 and not self._waits:
+            self._waits = True
+            self._tell(
+                f"The Dask cluster at {self.address} has no workers. Waiting for some: start them with "
+                f"`dask worker {self.address}`."
+            )
+        elif self._threads > 0 and self._waits:
+            self._waits = False
+            self._tell(f"The Dask cluster has workers now: {self._threads} threads.")
+
+    def _asked(self, question: Callable[[], dict[str, int]]) -> dict[str, int]:
+        """What the scheduler answers."""
+        if self._client.status != "running":
+            raise self._scheduler_is_gone()
+        try:
+            return question()
+        except (OSError, self._dask.client.TimeoutError):
+            raise self._scheduler_is_gone() from None
+
+    def _scheduler_is_gone(self) -> WorkersLost:
+        return WorkersLost(
+            f"The Dask scheduler at {self.address} is gone.",
+            "Results so far are kept: start the scheduler and its workers again, then the same command continues.",
+        )
+
+    def _result(self, future: Any, block: Block, attempt: int) -> BlockResult | None:
+        """What came out of a block; None if it was lost and is to be done again."""
+        try:
+            result: BlockResult = future.result()
+        except (self._dask.KilledWorker, self._dask.client.FutureCancelledError) as error:
+            if self._client.status != "running":
+                raise self._scheduler_is_gone() from None
+            if attempt == MOST_ATTEMPTS:
+                raise WorkersLost(
+                    f"The cluster lost the runs from {block.first_run} of condition {block.condition} with its worker "
+                    f"{MOST_ATTEMPTS} times: {error}",
+                    "Results so far are kept: look at the workers' memory, then the same command continues.",
+                ) from None
+            return None
+        except _OtherVersions as error:
+            raise WorkersLost(str(error), _SAME_VERSIONS) from None
+        except (ImportError, AttributeError) as error:
+            # a worker that cannot even read the work is found by asking all of them
+            self._check_versions()
+            raise WorkersLost(f"A worker of the cluster cannot run a block: {error}.", _SAME_VERSIONS) from None
+        return result
 
     def _check_versions(self) -> None:
         found: dict[str, Any] = self._client.run(_versions, on_error="return")
         for worker, theirs in found.items():
             if differences := _differences(_versions(), theirs):
                 self._client.close()
-                raise WorkersLost(
-                    f"The worker {worker} computes with other versions than this process: {'; '.join(differences)}.",
-                    "Install the same versions on every worker, then start it again.",
-                )
+                raise WorkersLost(_other_versions(worker, differences), _SAME_VERSIONS)
+
+
+class _OtherVersions(Exception):
+    """A worker whose versions are not those of whoever asks it."""
+
+
+def _compute(block: Block, versions: dict[str, str]) -> BlockResult:
+    """Run a block on a worker, if its versions are the right ones."""
+    if differences := _differences(versions, _versions()):
+        from distributed import get_worker  # only a worker gets here
+
+        raise _OtherVersions(_other_versions(get_worker().address, differences))
+    return compute_block(block)
+
+
+def _other_versions(worker: str, differences: list[str]) -> str:
+    return f"The worker {worker} computes with other versions than this process: {'; '.join(differences)}."
 
 
 def _versions() -> dict[str, str]:

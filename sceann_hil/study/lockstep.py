@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sceann_hil.config import ExperimentConfig, parse_config
-from sceann_hil.evolution import State
+from sceann_hil.evolution import Algorithm, State
 from sceann_hil.network.coding import Bits, genome_to_hex
 from sceann_hil.plugin_faults import blamed_on_plugins
 from sceann_hil.robot import Robot
@@ -69,7 +69,7 @@ class BlockResult:
 
     Attributes:
         block: the work that was done.
-        fitness: of each run's champion, the best of the last generation, float64, shape ``(r,)``.
+        fitness: of each run's champion (`sceann_hil.run.champion`), float64, shape ``(r,)``.
         successes: its trials that reached what the task asks for, int64, shape ``(r,)``.
         genomes: its bits, hexadecimal.
         best: best fitness of every generation, float32, shape ``(r, g + 1)``.
@@ -98,20 +98,39 @@ def _computed(block: Block) -> BlockResult:
     robot = config.robot.build()
     robot.use_cores(1)
     best = []
+    champions = _Champions(len(block.seeds))
     with robot:
         for generation in lockstep(config, np.array(block.seeds, np.uint64), robot):
             best.append(generation.fitness.max(axis=1).astype(np.float32))
-    champions = generation.fitness.argmax(axis=1)
-    runs = np.arange(len(champions))
+            if not config.algorithm.keeps_best or generation.number == config.algorithm.generations:
+                champions.look_at(generation)
     return BlockResult(
         block=block,
-        fitness=generation.fitness[runs, champions],
-        successes=generation.successes[runs, champions],
-        genomes=tuple(
-            genome_to_hex(state.genomes[champion]) for state, champion in zip(generation.states, champions, strict=True)
-        ),
+        fitness=champions.fitness,
+        successes=champions.successes,
+        genomes=tuple(champions.genomes),
         best=np.stack(best, axis=1),
     )
+
+
+class _Champions:
+    """The best individual of each run in the generations that were looked at, the first of equals.
+
+    As `sceann_hil.run.champion` says, these are all generations, or only the last one where the best is kept.
+    """
+
+    def __init__(self, n_runs: int) -> None:
+        self.fitness = np.full(n_runs, -np.inf)
+        self.successes = np.zeros(n_runs, np.int64)
+        self.genomes = [""] * n_runs
+
+    def look_at(self, generation: Generation) -> None:
+        """One more generation."""
+        for run, champion in enumerate(generation.fitness.argmax(axis=1).tolist()):
+            if generation.fitness[run, champion] > self.fitness[run]:
+                self.fitness[run] = generation.fitness[run, champion]
+                self.successes[run] = generation.successes[run, champion]
+                self.genomes[run] = genome_to_hex(generation.states[run].genomes[champion])
 
 
 def lockstep(config: ExperimentConfig, seeds: NDArray[np.uint64], robot: Robot) -> Iterator[Generation]:
@@ -126,8 +145,8 @@ def lockstep(config: ExperimentConfig, seeds: NDArray[np.uint64], robot: Robot) 
         ValueError: the robot takes no batches.
         TrialVoid: the robot could not say what happened in a trial.
     """
-    algorithm: Any = config.algorithm.build(config.genome_length)
-    evaluator = _Evaluator(BatchEvaluator.of(config, robot), seeds)
+    algorithm: Any = config.algorithm.for_experiment(config)
+    evaluator = _Evaluator(BatchEvaluator.of(config, robot), seeds, algorithm)
     states = [algorithm.start(generator(int(seed), Purpose.ALGORITHM, 0)) for seed in seeds]
     generation = evaluator.evaluate(0, states, None)
     yield generation
@@ -145,18 +164,23 @@ def lockstep(config: ExperimentConfig, seeds: NDArray[np.uint64], robot: Robot) 
 class _Evaluator:
     """`sceann_hil.run.evaluator.Evaluator` for many runs and no journal: the same trials, keys and means."""
 
-    def __init__(self, batch: BatchEvaluator, seeds: NDArray[np.uint64]) -> None:
+    def __init__(self, batch: BatchEvaluator, seeds: NDArray[np.uint64], algorithm: Algorithm[Any]) -> None:
         self._batch = batch
         self._seeds = seeds
+        self._algorithm = algorithm
 
     def evaluate(self, number: int, states: list[State], before: Generation | None) -> Generation:
         genomes = np.stack([state.genomes for state in states])
         fitness = np.empty(genomes.shape[:2])
         successes = np.empty(genomes.shape[:2], np.int64)
-        wanted = self._batch.measures
-        measures = np.empty((*genomes.shape[:2], 0 if wanted is None else len(wanted.columns)))
+        asked = self._batch.measures
+        measures = np.empty((*genomes.shape[:2], 0 if asked is None else len(asked.columns)))
         todo = np.ones(genomes.shape[:2], np.bool_)
-        if before is not None and self._batch.robot.spec.noise_free:
+        n_trials = self._batch.task.n_trials
+        of = [self._algorithm.wanted(state, n_trials) for state in states]
+        every = np.ones(n_trials, np.bool_)
+        wanted = np.stack([np.broadcast_to(every if one is None else one, (genomes.shape[1], n_trials)) for one in of])
+        if before is not None and self._batch.robot.spec.noise_free and wanted.all():
             # the same genome in the same noise-free body does the same again, bit for bit
             parents = np.stack([state.parents for state in states])
             runs = np.arange(len(states))[:, None]
@@ -166,7 +190,12 @@ class _Evaluator:
             measures[~todo] = before.measures[runs, parents][~todo]
         if todo.any():
             outcomes = self._run(number, genomes[todo], *np.nonzero(todo))
-            fitness[todo], successes[todo] = outcomes.mean_fitness, outcomes.successes
+            if wanted.all():
+                fitness[todo], successes[todo] = outcomes.mean_fitness, outcomes.successes
+            else:
+                some = wanted[todo]
+                fitness[todo] = outcomes.fitness.mean(axis=1, where=some)
+                successes[todo] = (outcomes.succeeded & some).sum(axis=1)
             if outcomes.measures is not None:
                 measures[todo] = outcomes.measures.mean(axis=1)
         return Generation(number, states, fitness, successes, measures)

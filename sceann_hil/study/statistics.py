@@ -16,6 +16,10 @@ from numpy.typing import NDArray
 from scipy import stats
 
 LEVEL = 0.95
+POWER = 0.8
+"""Probability with which a difference that matters should be seen."""
+FEWEST_RUNS = 10
+"""From fewer runs of a condition nothing is concluded: Student's intervals presume that a mean is about normal."""
 _K = TypeVar("_K")
 
 
@@ -67,15 +71,47 @@ def contrast(samples: Mapping[_K, NDArray[np.float64]], weights: Mapping[_K, flo
         weights: factor of each sample's mean.
         level: of the two-sided interval.
     """
+    estimate, error, freedom = _welch(samples, weights)
+    if error == 0.0:
+        return Interval(estimate, estimate, estimate)
+    reach = error * float(stats.t.ppf(0.5 + level / 2.0, freedom))
+    return Interval(estimate, estimate - reach, estimate + reach)
+
+
+def contrast_p(samples: Mapping[_K, NDArray[np.float64]], weights: Mapping[_K, float]) -> float:
+    """Two-sided p value that a contrast is 0; arguments as in `contrast`."""
+    estimate, error, freedom = _welch(samples, weights)
+    if error == 0.0:
+        return 1.0 if estimate == 0.0 else 0.0
+    return float(2.0 * stats.t.sf(abs(estimate) / error, freedom))
+
+
+def _welch(samples: Mapping[_K, NDArray[np.float64]], weights: Mapping[_K, float]) -> tuple[float, float, float]:
+    """A contrast's estimate, its standard error and Satterthwaite's degrees of freedom."""
     estimate = sum(weight * float(samples[key].mean()) for key, weight in weights.items())
     parts = np.array([weight**2 * samples[key].var(ddof=1) / len(samples[key]) for key, weight in weights.items()])
     freedom = np.array([len(samples[key]) - 1 for key in weights])
-    error = float(np.sqrt(parts.sum()))
-    if error == 0.0:
-        return Interval(estimate, estimate, estimate)
-    satterthwaite = parts.sum() ** 2 / (parts**2 / freedom).sum()
-    reach = error * float(stats.t.ppf(0.5 + level / 2.0, satterthwaite))
-    return Interval(estimate, estimate - reach, estimate + reach)
+    total = float(parts.sum())
+    if total == 0.0:
+        return estimate, 0.0, float(freedom.sum())
+    return estimate, float(np.sqrt(total)), float(total**2 / (parts**2 / freedom).sum())
+
+
+def sees_rate_difference(rate: float, n_one: int, n_other: int, difference: float) -> bool:
+    """Whether two samples of these sizes would have told a difference in success rate, with 80 % probability.
+
+    Normal approximation at 5 %, for the harder of the two sides on which the other rate can lie.
+
+    Args:
+        rate: of one of them.
+        n_one: its runs.
+        n_other: runs of the other.
+        difference: that is to be seen, as a part of 1.
+    """
+    z = float(stats.norm.ppf(0.5 + LEVEL / 2.0) + stats.norm.ppf(POWER))
+    others = [other for other in (rate - difference, rate + difference) if 0.0 <= other <= 1.0]
+    errors = [np.sqrt(rate * (1.0 - rate) / n_one + other * (1.0 - other) / n_other) for other in others]
+    return bool(others) and all(z * error <= difference for error in errors)
 
 
 class Verdict(StrEnum):

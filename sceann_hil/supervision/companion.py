@@ -20,6 +20,7 @@ class Upcoming:
         slots: what they are for.
         generation: that the run is in.
         heading: what they are, in a few words for people; empty for an individual's trials in its generation.
+        remark: what people should know of them, in a sentence or two.
         besides: they are none of the trials that `Companion.begin` told of.
         settling: they were begun before, by a process that was cut off, and the robot is asked how they ended.
     """
@@ -27,6 +28,7 @@ class Upcoming:
     slots: Slots
     generation: int
     heading: str = ""
+    remark: str = ""
     besides: bool = False
     settling: bool = False
 

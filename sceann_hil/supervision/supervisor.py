@@ -197,7 +197,7 @@ class Supervisor:
             individual=individual,
             trial=trial,
             attempt=attempt,
-            instruction=task.instruction(trial),
+            instruction=" ".join(filter(None, (task.instruction(trial), upcoming.remark))),
             start=tuple(zip(task.start_fields, task.starts[trial].tolist(), strict=True)),
             goal_by_operator=task.goal_by_operator,
             heading=upcoming.heading,

@@ -71,7 +71,7 @@ def test_a_setting_corrects_what_is_wrong_in_the_file(file: Path) -> None:
         (
             "sede=1",
             "--set sede=1: unknown key, did you mean seed? Expected algorithm, budget, controller, name, operator, "
-            "reference, robot, saving, seed, suspenders or task",
+            "reference, robot, saving, seed, suspenders, task or uncertainty",
         ),
         ("task.start_m=[1]", "--set task.start_m=[1]: expected 2 values, got a list of 1 value"),
         (

@@ -171,6 +171,7 @@ operator:
   prompt: none
   host: 127.0.0.1
   port: 8075
+  keys: []
   script: []
   repeat_script: false
 budget:
@@ -194,6 +195,10 @@ reference:
   every: null
   genome: null
   trial: 0
+uncertainty:
+  robots: 200
+  body: null
+  keys: {}
 """
 
 

@@ -69,7 +69,8 @@ class TestMapElites(AlgorithmConformance):
 
 def test_every_shipped_algorithm_is_tried_here() -> None:
     tried = {kind().config().type for kind in AlgorithmConformance.__subclasses__() if kind.__module__ == __name__}
-    assert set(registry.available(Group.ALGORITHMS)) <= tried
+    # a transfer is of one experiment and chooses among its candidates: tests/run/transfer
+    assert set(registry.available(Group.ALGORITHMS)) - {"transfer"} <= tried
 
 
 @pytest.fixture

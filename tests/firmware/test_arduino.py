@@ -12,12 +12,20 @@ import pytest
 
 from sceann_hil.errors import FlashFailed
 from sceann_hil.firmware.build import AVR, FIRMWARE, Board, find_tool
+from sceann_hil.firmware.emulated.measure import section_sizes
 from sceann_hil.firmware.emulated.simavr import EXTERNAL_RESET, HZ, AvrChip
 from sceann_hil.firmware.emulated.terminal import ChipTerminal
 from sceann_hil.firmware.flash import flash, flash_genome, plan_flash, upload_firmware, upload_genome
+from sceann_hil.firmware.verify import random_sequences, verify
 from sceann_hil.link.framed_bus import LineBus
+from sceann_hil.link.messages import LinkEnd
+from sceann_hil.link.onboard import run_onboard
 from sceann_hil.link.session import RobotLink
+from sceann_hil.link.trial import Order
+from sceann_hil.link.upload import upload_image
+from sceann_hil.link.vocabulary import State
 from sceann_hil.network.coding import Coding, NetworkSize
+from sceann_hil.network.controller import state_hash
 from sceann_hil.network.image import ControllerImage
 from tests.firmware.rig import an_image
 
@@ -32,7 +40,8 @@ def arduino_build(sketch: Path, folder: Path) -> Path:
     flags = ["-mmcu=atmega328p", "-DF_CPU=16000000L", "-DARDUINO=10819", "-DARDUINO_AVR_UNO", "-DARDUINO_ARCH_AVR"]
     flags += ["-Os", "-w", "-ffunction-sections", "-fdata-sections", "-DDECIMAL_DIG=__DECIMAL_DIG__"]
     core = ARDUINO / "cores" / "arduino"
-    includes = [f"-I{path}" for path in (core, ARDUINO / "variants" / "standard", FIRMWARE / "src", sketch.parent)]
+    folders = (core, ARDUINO / "variants" / "standard", ARDUINO / "libraries" / "EEPROM" / "src", FIRMWARE / "src")
+    includes = [f"-I{path}" for path in (*folders, sketch.parent)]
     gcc, gxx = find_tool("avr-gcc", AVR.package), find_tool("avr-g++", AVR.package)
     objects = []
     sources = [*core.glob("*.c"), *core.glob("*.cpp"), *core.glob("*.S"), *(FIRMWARE / "src").glob("*.c"), sketch]
@@ -71,6 +80,72 @@ def test_the_example_sketch_runs_on_the_arduino_core(tmp_path: Path) -> None:
     controller = ControllerImage(bits[: Coding.SCEANN3.genome_length(size)], Coding.SCEANN3, size).controller()
     for line in lines[1:11]:
         assert [int(word) for word in line.split()] == controller.step(np.array(sensors)).tolist()
+
+
+ROBOT = FIRMWARE / "examples" / "Robot" / "Robot.ino"
+
+
+@pytest.fixture(scope="module")
+def robot_elf(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return arduino_build(ROBOT, tmp_path_factory.mktemp("sketch"))
+
+
+def switched_on(elf: Path) -> AvrChip:
+    """The sketch in a simulated Uno with its switches open."""
+    chip = AvrChip(elf)
+    chip.eeprom = b"\xff" * 1024
+    for port, pin in (("D", 0), ("D", 2), ("D", 3), ("B", 0)):
+        chip.set_pin(port, pin, True)
+    return chip
+
+
+class TestTheRobotAsASketch:
+    """On the Arduino core, without a register of our own."""
+
+    def test_it_computes_what_the_simulator_computes(self, robot_elf: Path) -> None:
+        with switched_on(robot_elf) as chip:
+            link = RobotLink(LineBus(chip))
+            result = verify(link, an_image(n_sensors=5), random_sequences(np.random.default_rng(4), 20, 20, 5))
+            assert result.equal, result.difference
+            link.close()
+
+    def test_it_reads_its_inputs_drives_its_motors_and_hashes_as_the_reference(self, robot_elf: Path) -> None:
+        sensors, image = [0, 100, 511, 512, 1023], an_image(n_sensors=5)
+        with switched_on(robot_elf) as chip:
+            for channel, value in enumerate(sensors):
+                chip.set_analogue(channel, value)
+            link = RobotLink(LineBus(chip))
+            descriptor = link.hello(3.0)
+            assert (descriptor.n_sensors, descriptor.n_motors) == (5, 2)
+            upload_image(link, image)
+            follower = run_onboard(link, Order(1, 40, descriptor.tick_min_s, 5, 2), None, None)
+            controller, crc = image.controller(), 0xFFFF
+            for tick in range(40):
+                motors = controller.step(np.array(sensors))
+                crc = state_hash(controller.u, crc)
+                assert follower.sensors[tick].tolist() == sensors
+                assert follower.motors[tick].tolist() == motors.tolist()
+            assert follower.end is not None
+            assert (follower.end.reason, follower.end.state_hash) == (LinkEnd.MAX_TICKS, crc)
+            assert link.statistics.retries == 0
+            link.close()
+
+    def test_it_keeps_its_genome_and_stops_at_its_button(self, robot_elf: Path) -> None:
+        image = an_image(n_sensors=5)
+        with switched_on(robot_elf) as chip:
+            link = RobotLink(LineBus(chip))
+            assert upload_genome(link, image, "the sketch").stored
+            chip.set_pin("D", 3, False)
+            link.receive(0.2)
+            while link.receive(0.3) and link.state is not State.ESTOP:
+                pass
+            assert link.state is State.ESTOP
+            link.close()
+
+    def test_it_fits_an_uno(self, robot_elf: Path) -> None:
+        flash_bytes, ram = section_sizes(robot_elf, AVR.package, "avr-size")
+        assert flash_bytes < 31.5 * 1024
+        assert ram < 1.5 * 1024
 
 
 def test_library_descriptions_agree_with_the_firmware() -> None:

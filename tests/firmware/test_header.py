@@ -11,7 +11,15 @@ import pytest
 
 from sceann_hil.errors import FirmwareBuildFailed
 from sceann_hil.firmware.build import AVR, HOST_CLANG, HOST_GCC, WARNINGS, compile_c, find_tool
-from sceann_hil.firmware.emulated.measure import avr_cost, cortex_m3_cost, cortex_m3_self_test, with_header
+from sceann_hil.firmware.emulated.measure import (
+    avr_cost,
+    cortex_m0_cost,
+    cortex_m3_cost,
+    cortex_m3_self_test,
+    riscv_cost,
+    riscv_self_test,
+    with_header,
+)
 from sceann_hil.firmware.emulated.simavr import AvrChip, symbols
 from sceann_hil.firmware.header import Optimize, c_header
 from sceann_hil.network.coding import Coding, NetworkSize
@@ -81,6 +89,12 @@ def test_self_test_passes_on_an_atmega328p(optimize: Optimize, tmp_path: Path) -
     assert result[0, 0] == 0
 
 
+@pytest.mark.parametrize("optimize", Optimize)
+@pytest.mark.parametrize("neuron", Neuron)
+def test_self_test_passes_on_a_risc_v(optimize: Optimize, neuron: Neuron) -> None:
+    assert riscv_self_test(image_of(Coding.SCEANN2, 2, Dynamics(neuron)), optimize) == 0
+
+
 def test_self_test_finds_a_wrong_state(tmp_path: Path) -> None:
     text = c_header(image_of(Coding.SCEANN3), "net")
     broken = text.replace("u = sum & keep", "u = (sum & keep) ^ 1u")
@@ -100,8 +114,13 @@ COMPILERS = {
     "avr c++": ("avr-g++", "gcc-avr", "-std=c++11", "c++"),
     "arm c": ("arm-none-eabi-gcc", "gcc-arm-none-eabi", "-std=c99", "c"),
     "arm c++": ("arm-none-eabi-g++", "gcc-arm-none-eabi", "-std=c++11", "c++"),
+    "riscv c": ("riscv64-unknown-elf-gcc", "gcc-riscv64-unknown-elf", "-std=c99", "c"),
 }
-CHIP = {"avr": ["-mmcu=atmega328p"], "arm": ["-mcpu=cortex-m3", "-mthumb"]}
+CHIP = {
+    "avr": ["-mmcu=atmega328p"],
+    "arm": ["-mcpu=cortex-m3", "-mthumb"],
+    "riscv64": ["-march=rv32imc", "-mabi=ilp32", "-ffreestanding"],
+}
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)
@@ -137,7 +156,9 @@ def test_costs_stay_within_their_budgets(coding: Coding, seed: int) -> None:
     assert speed.step <= 400
     assert speed.flash_bytes <= 900
     assert avr_cost(image, Optimize.SIZE, sensors).flash_bytes <= 560
-    assert cortex_m3_cost(image, Optimize.SPEED).step <= 190
+    assert cortex_m3_cost(image, Optimize.SPEED).step <= 175
+    assert cortex_m0_cost(image, Optimize.SPEED).step <= 230
+    assert riscv_cost(image, Optimize.SPEED).step <= 215
 
 
 def test_the_same_image_gives_the_same_bytes_and_says_how_to_make_it_again() -> None:

@@ -23,33 +23,48 @@ from sceann_hil.study.cluster import ClusterWorkers
 Cluster = tuple[str, list[subprocess.Popen[bytes]]]
 
 
-@pytest.fixture
-def cluster(tmp_path: Path) -> Iterator[Cluster]:
-    """A scheduler and two workers, each a process of its own."""
-    file = tmp_path / "scheduler.json"
-    with ExitStack() as stack:
+class Processes:
+    """A scheduler and its workers, each a process of its own."""
 
-        def start(module: str, *arguments: str) -> subprocess.Popen[bytes]:
-            command = [sys.executable, "-m", f"distributed.cli.{module}", "--scheduler-file", str(file), *arguments]
-            process = subprocess.Popen(
-                command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
-            )
-            stack.callback(process.wait)
-            stack.callback(process.kill)
-            return process
-
-        start("dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard")
-        workers = [
-            start("dask_worker", "--nthreads", "1", "--no-nanny", "--no-dashboard", "--local-directory", str(tmp_path))
-            for _ in range(2)
-        ]
+    def __init__(self, folder: Path, stack: ExitStack) -> None:
+        self._folder = folder
+        self._file = folder / "scheduler.json"
+        self._stack = stack
+        self.scheduler = self._start("dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard")
         deadline = time.monotonic() + 60
-        while not file.exists() and time.monotonic() < deadline:
+        while not self._file.exists() and time.monotonic() < deadline:
             time.sleep(0.05)
-        address = json.loads(file.read_text())["address"]
-        with ClusterWorkers(address, timeout_s=60) as client:
-            client._client.wait_for_workers(2, timeout=60)
-        yield address, workers
+        self.address: str = json.loads(self._file.read_text())["address"]
+
+    def worker(self) -> subprocess.Popen[bytes]:
+        return self._start(
+            "dask_worker", "--nthreads", "1", "--no-nanny", "--no-dashboard", "--local-directory", str(self._folder)
+        )
+
+    def _start(self, module: str, *arguments: str) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-m", f"distributed.cli.{module}", "--scheduler-file", str(self._file), *arguments]
+        process = subprocess.Popen(
+            command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
+        )
+        self._stack.callback(process.wait)
+        self._stack.callback(process.kill)
+        return process
+
+
+@pytest.fixture
+def processes(tmp_path: Path) -> Iterator[Processes]:
+    """A scheduler without workers."""
+    with ExitStack() as stack:
+        yield Processes(tmp_path, stack)
+
+
+@pytest.fixture
+def cluster(processes: Processes) -> Cluster:
+    """A scheduler and two workers."""
+    workers = [processes.worker() for _ in range(2)]
+    with ClusterWorkers(processes.address, timeout_s=60) as client:
+        client._client.wait_for_workers(2, timeout=60)
+    return processes.address, workers
 
 
 def test_a_worker_that_is_killed_in_the_middle_costs_no_run(cluster: Cluster, small: Study, tmp_path: Path) -> None:
@@ -69,6 +84,69 @@ def test_a_worker_that_is_killed_in_the_middle_costs_no_run(cluster: Cluster, sm
     assert killer.blocks > 2
     assert workers[0].wait(10) == -signal.SIGKILL
     assert workers[1].poll() is None
+    run_study(small, tmp_path / "local", LocalWorkers(1))
+    assert_same_results(tmp_path / "cluster", tmp_path / "local")
+
+
+def test_a_cluster_without_workers_says_so_and_waits_for_some(
+    processes: Processes, small: Study, tmp_path: Path
+) -> None:
+    told: list[str] = []
+
+    def tell(words: str) -> None:
+        told.append(words)
+        if len(told) == 1:
+            processes.worker()
+
+    with ClusterWorkers(processes.address, timeout_s=60, tell=tell) as on_the_cluster:
+        run_study(small, tmp_path / "cluster", on_the_cluster)
+    assert "has no workers. Waiting for some" in told[0]
+    assert processes.address in told[0]
+    assert "has workers now" in told[1]
+    run_study(small, tmp_path / "local", LocalWorkers(1))
+    assert_same_results(tmp_path / "cluster", tmp_path / "local")
+
+
+def test_a_scheduler_that_dies_is_one_message_and_the_study_goes_on_later(
+    processes: Processes, small: Study, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    processes.worker()
+
+    class Killer(Observer):
+        def finished(self, condition: object, result: BlockResult) -> None:
+            processes.scheduler.kill()
+
+    with (
+        ClusterWorkers(processes.address, timeout_s=60) as on_the_cluster,
+        pytest.raises(WorkersLost, match=r"The Dask scheduler at tcp://\S+ is gone") as lost,
+    ):
+        run_study(small, tmp_path / "study", on_the_cluster, Killer())
+    assert "same command continues" in lost.value.hint
+    assert "Traceback" not in capfd.readouterr().err
+    run_study(small, tmp_path / "study", LocalWorkers(1))
+    run_study(small, tmp_path / "local", LocalWorkers(1))
+    assert_same_results(tmp_path / "study", tmp_path / "local")
+
+
+def test_a_worker_with_other_versions_that_joins_later_is_refused_by_name(
+    processes: Processes, small: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with ClusterWorkers(processes.address, timeout_s=60, tell=lambda _: processes.worker()) as on_the_cluster:
+        other = {**cluster_module._versions(), "numba": "0.0.1", "somebodys-robots": "7"}
+        monkeypatch.setattr(cluster_module, "_versions", lambda: other)
+        with pytest.raises(WorkersLost, match=r"The worker tcp://\S+ computes with other versions.*numba \S+ instead"):
+            run_study(small, tmp_path / "study", on_the_cluster)
+
+
+def test_an_adaptive_cluster_grows_from_nothing_and_shrinks(small: Study, tmp_path: Path) -> None:
+    from distributed import LocalCluster
+
+    with LocalCluster(  # type: ignore[no-untyped-call]
+        n_workers=0, threads_per_worker=1, processes=True, dashboard_address=None, local_directory=str(tmp_path)
+    ) as local:
+        local.adapt(minimum=0, maximum=2)  # type: ignore[no-untyped-call]
+        with ClusterWorkers(local.scheduler_address, timeout_s=60) as on_the_cluster:
+            run_study(small, tmp_path / "cluster", on_the_cluster)
     run_study(small, tmp_path / "local", LocalWorkers(1))
     assert_same_results(tmp_path / "cluster", tmp_path / "local")
 

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -228,3 +229,40 @@ def test_a_robot_that_takes_one_trial_at_a_time_is_refused(
     monkeypatch.setattr(robot, "spec", property(lambda _: spec))
     with pytest.raises(ConfigError, match="a study needs a simulated robot"):
         run_study(small, tmp_path, Here())
+
+
+def test_workers_end_with_a_parent_that_is_killed(small: Study, tmp_path: Path) -> None:
+    """Each holds 230 MB and would wait for work for ever."""
+    config = tmp_path / "small.yaml"
+    config.write_text(SMALL.replace("runs: 12", "runs: 100000"), encoding="utf-8")
+    command = [sys.executable, "-m", "sceann_hil.cli", "study", str(config), "--workers", "2", "--out", str(tmp_path)]
+    process = subprocess.Popen(command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL, start_new_session=True)
+    try:
+        deadline = time.monotonic() + 60
+        while not _some_runs(tmp_path / "small") and time.monotonic() < deadline:
+            time.sleep(0.1)
+        session = process.pid
+        assert len(_of_session(session)) >= 3
+        process.kill()
+        process.wait()
+        deadline = time.monotonic() + 30
+        while _of_session(session) and time.monotonic() < deadline:
+            time.sleep(0.1)
+        assert _of_session(session) == []
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+
+
+def _of_session(session: int) -> list[int]:
+    """Processes of a session that are alive."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = path.read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        if int(fields[3]) == session and fields[0] != "Z":
+            found.append(int(path.parent.name))
+    return found

@@ -55,7 +55,7 @@ void body_drive(void *board, const int16_t *motors)
 {
     (void)board;
     bool right_forward, left_forward;
-    const uint8_t right = duty(motors[0], &right_forward), left = duty(motors[1], &left_forward);
+    const uint8_t left = duty(motors[0], &left_forward), right = duty(motors[1], &right_forward);
     uint8_t directions = (uint8_t)(MOTOR_PORT & ~(RIGHT_FORWARD | LEFT_FORWARD));
     if (right_forward) {
         directions |= RIGHT_FORWARD;

@@ -7,7 +7,7 @@
 
 #include <avr/io.h>
 
-/* Sensors on A0, A1, ... The battery takes A5 when there are at most five of them. */
+/* Sensors on A0, A1, ..., from right to left. The battery takes A5 when there are at most five of them. */
 #ifndef SCEANN_UNO_SENSORS
 #define SCEANN_UNO_SENSORS 5u
 #endif
@@ -25,7 +25,8 @@
 #define SCEANN_UNO_REVERSE 0
 #endif
 
-/* Motor 0 is the right wheel, motor 1 the left one; speed by PWM of timer 0, direction high = forward. */
+/* As in the simulation: motor 0 is the left wheel, motor 1 the right one, and sensors are counted from right to left. Speed
+ * by PWM of timer 0, direction high = forward. */
 #define MOTOR_PORT PORTD
 #define MOTOR_DDR DDRD
 #define RIGHT_PWM _BV(PD5)             /* OC0B */

@@ -8,7 +8,7 @@
 #include "walker.h"
 
 const unsigned long PERIOD_MS = 200;   /* the control period that the run was evolved with */
-const uint8_t SPEED_PIN[2] = { 5, 6 }, DIRECTION_PIN[2] = { 4, 7 };
+const uint8_t SPEED_PIN[2] = { 6, 5 }, DIRECTION_PIN[2] = { 7, 4 };   /* motor 0 is the left wheel, motor 1 the right one */
 
 walker_t controller;
 unsigned long due_ms;

@@ -327,11 +327,11 @@ class UnoBoard(AvrChip):
 
     @property
     def motors(self) -> tuple[int, int]:
-        """PWM duty of the right and the left motor as the driver sees it, -255..255; (0, 0) is the safe output."""
+        """PWM duty of motor 0 (left) and 1 (right) as the driver sees it, -255..255; (0, 0) is the safe output."""
         control, duty_a, duty_b, port = (self.peek(register, 1)[0] for register in (_TCCR0A, _OCR0A, _OCR0B, _PORTD))
         right = duty_b if control & _CONNECTED_B else 0
         left = duty_a if control & _CONNECTED_A else 0
         return (
-            right if port & _RIGHT_FORWARD else -right,
             left if port & _LEFT_FORWARD else -left,
+            right if port & _RIGHT_FORWARD else -right,
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,6 +78,7 @@ class StudyData:
         missing: how many conditions have none.
         effort: what it cost.
         versions: of the software that began it.
+        written: its seed, base and grid as they were written.
     """
 
     name: str
@@ -87,6 +88,7 @@ class StudyData:
     missing: int
     effort: Effort
     versions: Mapping[str, str]
+    written: Mapping[str, Any]
 
     @classmethod
     def read(cls, directory: Path) -> StudyData:
@@ -103,6 +105,7 @@ class StudyData:
                 len(cells) - len(filled),
                 reader.effort(),
                 reader.versions,
+                reader.written,
             )
 
     @property

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sceann_hil.network.coding import Coding
 from sceann_hil.study.report.cells import Cell, Key
-from sceann_hil.study.statistics import Interval, Statement, Verdict, contrast, judge, strict_level
+from sceann_hil.study.statistics import FEWEST_RUNS, Interval, Statement, Verdict, contrast, judge, strict_level
 
 Samples = Mapping[Key, NDArray[np.float64]]
 Weights = dict[Key, float]
@@ -59,7 +59,10 @@ def compare(
     statements = [
         Statement(name, contrast(samples, weights), contrast(samples, weights, level)) for name, weights in listed
     ]
-    return Claim(number, text, judge(statements), evidence_of(statements, unit))
+    fewest = min(len(samples[key]) for _, weights in listed for key in weights)
+    verdict = judge(statements) if fewest >= FEWEST_RUNS else Verdict.CANNOT_TELL
+    few = "" if fewest >= FEWEST_RUNS else f"; {fewest} runs of a condition, at least {FEWEST_RUNS} are needed"
+    return Claim(number, text, verdict, evidence_of(statements, unit) + few)
 
 
 def evidence_of(statements: Sequence[Statement], unit: Callable[[float], str]) -> str:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import base64
 import html
+import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from markdown_it import MarkdownIt
+
+from sceann_hil.study.report.table_files import write_csv, write_latex
 
 _CSS = """
 body { font: 16px/1.5 system-ui, "Segoe UI", sans-serif; color: #222 }
@@ -50,14 +53,22 @@ class Page:
             return
         self._parts.append("\n".join(f"* {line}" for line in lines))
 
-    def code(self, lines: Sequence[str]) -> None:
+    def code(self, lines: Sequence[str], language: str = "sh") -> None:
         """A block to copy."""
-        self._parts.append("\n".join(["```sh", *lines, "```"]))
+        self._parts.append("\n".join([f"```{language}", *lines, "```"]))
 
     def table(self, header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
         """A table; cells are Markdown."""
         lines = [_row(header), _row(["---"] * len(header)), *map(_row, rows)]
         self._parts.append("\n".join(lines))
+
+    def data_table(self, name: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+        """A table that is also written as ``NAME.csv`` and ``NAME.tex``, beside the figures."""
+        self.table(header, rows)
+        folder = self._directory / self._name
+        write_csv(folder / f"{name}.csv", header, rows)
+        write_latex(folder / f"{name}.tex", header, rows)
+        self._parts.append(f"[CSV]({self._name}/{name}.csv), [LaTeX]({self._name}/{name}.tex)")
 
     def figure(self, name: str, caption: str, draw: Callable[[Path], None]) -> None:
         """A figure: `draw` gets the path without suffix and leaves ``.svg`` and ``.png`` there."""
@@ -80,7 +91,7 @@ class Page:
         return markdown, page
 
     def _html(self, source: str) -> str:
-        body = str(MarkdownIt("commonmark").enable("table").render(source))
+        body = str(MarkdownIt("commonmark", {"html": False}).enable("table").render(source))
         for figure in sorted((self._directory / self._name).glob("*.svg")):
             data = base64.b64encode(figure.read_bytes()).decode()
             body = body.replace(f'src="{self._name}/{figure.name}"', f'src="data:image/svg+xml;base64,{data}"')
@@ -89,6 +100,11 @@ class Page:
             f'<meta name="viewport" content="width=device-width"><title>{html.escape(self._title)}</title>'
             f"<style>{_CSS}</style></head>\n<body>\n{body}</body></html>\n"
         )
+
+
+def file_name(text: str) -> str:
+    """A name for files: letters, digits, dashes and underscores of a text; a dot would begin a suffix."""
+    return re.sub(r"[^A-Za-z0-9_-]+", "-", text).strip("-") or "study"
 
 
 def _row(cells: Sequence[str]) -> str:

@@ -20,7 +20,7 @@ from sceann_hil.study.report.claims import (
     slope,
     success_samples,
 )
-from sceann_hil.study.statistics import Verdict, mean_interval, wilson
+from sceann_hil.study.statistics import FEWEST_RUNS, Verdict, mean_interval, wilson
 
 SENSORS = (2, 4)
 EARLY = 0.1
@@ -121,9 +121,15 @@ def _fails_early(cells: Mapping[Key, Cell]) -> Claim:
     highest = max(intervals, key=lambda key: intervals[key].estimate)
     k, n = (sum(values) for values in zip(*(cell.rate for cell in ours.values()), strict=True))
     verdict = Verdict.CANNOT_TELL
-    if k == 0 and all(interval.high < limit for interval in intervals.values()):
+    enough = min(cell.n for cell in ours.values()) >= FEWEST_RUNS
+    if (
+        k == 0
+        and enough
+        and wilson(k, n).high < EARLY
+        and all(interval.high < limit for interval in intervals.values())
+    ):
         verdict = Verdict.HOLDS
-    elif intervals[highest].low > limit or wilson(k, n).low > EARLY:
+    elif (enough and intervals[highest].low > limit) or wilson(k, n).low > EARLY:
         verdict = Verdict.DOES_NOT_HOLD
     top = intervals[highest]
     return Claim(

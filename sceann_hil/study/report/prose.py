@@ -12,8 +12,9 @@ WHAT_THIS_IS = (
 HOW_CLAIMS_ARE_TESTED = (
     "A claim is a list of comparisons that should all be positive. It **holds** if every one is significantly positive "
     "(95 %), **does not hold** if at least one is significantly negative (95 % after Bonferroni's correction for the "
-    "number of comparisons), and else we **cannot tell**. Where the paper's words allow a weak and a strong reading, "
-    "both are tested. More runs turn *cannot tell* into one of the others; they cannot make a claim hold that is false."
+    "number of comparisons), and else we **cannot tell**. Fewer than ten runs of a condition tell nothing. Where the "
+    "paper's words allow a weak and a strong reading, both are tested. More runs turn *cannot tell* into one of the "
+    "others; they cannot make a claim hold that is false."
 )
 
 READINGS = (
@@ -38,4 +39,9 @@ HOW_TO_REPEAT = (
 
 ABOUT_TIMES = (
     "The times are wall-clock times of the sessions that added runs, on a machine that was doing other work as well."
+)
+
+HOW_TO_CITE = (
+    "To cite: Y. Katada and J. Nakazawa, *Investigation of Simply Coded Evolutionary Artificial Neural Networks on "
+    "Robot Control Problems*, for the method; sceann-hil with its version for the software (`CITATION.cff`)."
 )

@@ -7,12 +7,14 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 
+from sceann_hil.robot.drawing import Drawing
 from sceann_hil.supervision.operators.desk import Desk
 from sceann_hil.supervision.operators.draft import Draft
 from sceann_hil.supervision.operators.keymap import STOP_KEYS, KeyMap
 from sceann_hil.supervision.operators.keys import Hit, KeySource
 from sceann_hil.supervision.operators.messages import View
 from sceann_hil.supervision.operators.operator import Operator
+from sceann_hil.supervision.operators.sketch import sketch
 from sceann_hil.supervision.operators.verbs import Phase, Verb
 
 QUIET_S = 0.25
@@ -42,6 +44,7 @@ class Console(Operator):
         show: prints a line. Where nobody reads any more, the run goes on without.
         keymap: what the keys say.
         help_text: shown with the keys when somebody asks for help, such as the panel's link.
+        drawing: of the robot; help before a trial draws where it has to stand.
     """
 
     name = "console"
@@ -53,12 +56,14 @@ class Console(Operator):
         show: Callable[[str], object],
         keymap: KeyMap | None = None,
         help_text: Callable[[], str] = str,
+        drawing: Drawing | None = None,
     ) -> None:
         super().__init__(desk)
         self._keys = keys
         self._print = show
         self._keymap = keymap or KeyMap()
         self._help_text = help_text
+        self._drawing = drawing
         self._asked: _Asked | None = None
 
     def _show(self, text: str) -> None:
@@ -104,7 +109,9 @@ class Console(Operator):
     def _take(self, hit: Hit, view: View, *, quiet: bool) -> None:
         verb = self._keymap.verb(hit.key, view.accepts)
         if hit.key == _HELP and verb is None:
-            self._show("\n".join(filter(None, (self._describe(view), self._help_text()))))
+            before = view.situation if view.phase is Phase.BEFORE else None
+            picture = sketch(self._drawing, dict(before.start)) if before is not None else ""
+            self._show("\n".join(filter(None, (self._help_text(), picture, self._describe(view)))))
             return
         if verb is None:
             if hit.key.strip():

@@ -8,7 +8,7 @@ from typing import Annotated
 from pydantic import Field, field_validator
 
 from sceann_hil.plugins import Section
-from sceann_hil.supervision.operators.keymap import checked_key
+from sceann_hil.supervision.operators.keymap import KeyMap, checked_key
 from sceann_hil.supervision.operators.script import Step
 from sceann_hil.supervision.operators.verbs import Verb
 
@@ -30,6 +30,21 @@ class Prompt(StrEnum):
     SPEECH = "speech"
 
 
+class OwnKey(Section):
+    """A key, and what it says."""
+
+    key: str
+    """One character, space, or a name: F1 to F12 without F8 and F9, Enter, Tab, PageDown, ArrowLeft, Home, ..."""
+    says: Annotated[tuple[Verb, ...], Field(min_length=1)]
+    """Of several the first that is possible now: [ready, stop, accept, resume] for a pedal that has only one key."""
+
+    @field_validator("key")
+    @classmethod
+    def _can_be_hit(cls, key: str) -> str:
+        checked_key(key)
+        return key
+
+
 class OperatorConfig(Section):
     """Who stands beside the robot."""
 
@@ -45,9 +60,8 @@ class OperatorConfig(Section):
     """Port of the web panel; 0 for any that is free."""
     script: tuple[str, ...] = ()
     """What the script says, one line each: [PHASE:] VERB [after SECONDS s] [WORDS]."""
-    keys: dict[str, tuple[Verb, ...]] = Field(default_factory=dict)
-    """Keys of your own (a foot pedal, a presenter) besides the built-in ones, each with what it says; of several the
-    first that is possible: {PageDown: [ready, stop, accept, resume]}."""
+    keys: tuple[OwnKey, ...] = ()
+    """Keys of your own (a foot pedal, a presenter) besides the built-in ones."""
     repeat_script: bool = False
     """Start the script again after its last line."""
 
@@ -58,15 +72,6 @@ class OperatorConfig(Section):
             got = ", ".join(who) or "nobody"
             raise ValueError(f"expected none, or each of console, web and script at most once, got {got}")
         return who
-
-    @field_validator("keys")
-    @classmethod
-    def _keys_are_keys(cls, keys: dict[str, tuple[Verb, ...]]) -> dict[str, tuple[Verb, ...]]:
-        for key, verbs in keys.items():
-            checked_key(key)
-            if not verbs:
-                raise ValueError(f"{key}: expected what it says, such as [ready, stop, accept]")
-        return keys
 
     @field_validator("script")
     @classmethod
@@ -80,6 +85,11 @@ class OperatorConfig(Section):
         if self.who is not None:
             return tuple(who for who in self.who if who is not Who.NONE)
         return (Who.CONSOLE,) if attended else ()
+
+    @property
+    def keymap(self) -> KeyMap:
+        """The built-in keys and the person's own."""
+        return KeyMap({own.key: own.says for own in self.keys})
 
     @property
     def steps(self) -> tuple[Step, ...]:

@@ -9,7 +9,6 @@ from functools import partial
 from sceann_hil.robot import Robot
 from sceann_hil.supervision.operators.console import Console
 from sceann_hil.supervision.operators.desk import Desk
-from sceann_hil.supervision.operators.keymap import KeyMap
 from sceann_hil.supervision.operators.keys import open_keys
 from sceann_hil.supervision.operators.prompter import Prompter, ring
 from sceann_hil.supervision.operators.script import Script
@@ -34,7 +33,7 @@ def beside(
     """
     who = settings.resolved(attended=robot.spec.attended)
     desk = Desk(asks=bool(who), on_emergency=robot.make_safe, stop=stop)
-    keymap = KeyMap(settings.keys)
+    keymap = settings.keymap
     help_text: Callable[[], str] = str
     with ExitStack() as present:
         if Who.WEB in who:
@@ -48,7 +47,7 @@ def beside(
         if Who.SCRIPT in who:
             present.enter_context(Script(desk, settings.steps, repeat=settings.repeat_script))
         if Who.CONSOLE in who:
-            present.enter_context(Console(desk, open_keys(), show, keymap, help_text))
+            present.enter_context(Console(desk, open_keys(), show, keymap, help_text, robot.drawing))
         if settings.prompt is not Prompt.NONE and who:
             present.enter_context(Prompter(desk, settings.prompt, ring))
         try:

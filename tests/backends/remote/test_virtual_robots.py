@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import signal
@@ -25,6 +26,7 @@ from backends.virtual.can_bridge import CanBridge
 from backends.virtual.power import switch_on
 from backends.virtual.virtual_posix import VirtualPosix
 from backends.virtual.virtual_uno import VirtualUno
+from backends.world.config import InfraredConfig, WorldConfig
 from sceann_hil.errors import CannotWrite, ConfigError
 from sceann_hil.firmware.build import Board
 from sceann_hil.firmware.emulated.qemu import QemuBoard
@@ -243,3 +245,27 @@ def test_the_link_reads_heartbeats_of_an_idle_robot() -> None:
             assert link.receive(1.0) is not None
         assert link.battery_mv == 8400
         link.close()
+
+
+@pytest.mark.parametrize("mode", ["onboard", "tethered"])
+def test_a_virtual_robot_that_leaves_its_arena_has_not_reached_a_goal(mode: str) -> None:
+    world = WorldConfig(infrared=(InfraredConfig(direction_deg=0.0),), backwards=False, bump="end")
+    body = DifferentialDriveConfig(world=world, tick_s=0.05, top_speed_m_s=0.4)
+    spec = body.spec
+    size = NetworkSize(spec.n_sensors, 1, spec.n_motors)
+    trials = Trials(
+        size=size,
+        dynamics=Dynamics(),
+        weights=np.ones((1, size.n_neurons, size.n_sources), np.int8),
+        genome_index=np.zeros(1, np.int32),
+        starts=np.array([[0.5, 0.3, 0.0]]),
+        keys=np.ones(1, np.uint64),
+        max_steps=60,
+        ids=np.array([1]),
+    )
+    assert body.build().run(trials).end_reasons[0] == EndReason.OUT_OF_BOUNDS
+    with switch_on(Board.POSIX, body) as virtual:
+        section = RemoteConfig.model_validate_json(json.dumps(virtual.section(mode)))
+        with section.build() as robot:
+            results = counted(robot, trials)
+    assert EndReason(results.end_reasons[0]) is EndReason.OUT_OF_BOUNDS

@@ -1,11 +1,22 @@
-/* One exported header in a loop that the simulator drives: cycles between the two writes to GPIOR0 are those of a step. With
- * EMPTY the loop alone, whose size is subtracted. */
+/* One exported header in a loop that the simulator drives: cycles between the two writes to GPIOR0 are those of a step, with AS_FUNCTION
+ * those of calling a function that does it. With EMPTY the loop alone, whose size is subtracted. */
 #include <avr/io.h>
 #include <stdint.h>
 
 #ifndef EMPTY
 #include "net.h"
 static net_t net;
+
+#ifdef AS_FUNCTION
+/* as in a program with several controllers, or several places that step one */
+static void __attribute__((noinline)) step(net_t *c, const uint16_t *sensors, int16_t *motors)
+{
+    net_step(c, sensors, motors);
+    __asm__ __volatile__("" ::: "memory");
+}
+#else
+#define step net_step
+#endif
 #endif
 
 struct {
@@ -28,7 +39,7 @@ int main(void)
 #ifndef EMPTY
         GPIOR0 = 1;
         __asm__ __volatile__("" ::: "memory");
-        net_step(&net, mailbox.sensors, mailbox.motors);
+        step(&net, mailbox.sensors, mailbox.motors);
         __asm__ __volatile__("" ::: "memory");
         GPIOR0 = 0;
 #ifdef COPY_STATES

@@ -1,0 +1,209 @@
+"""What a few trials on one robot say of every candidate: a linear-Gaussian model whose kernel is the ensemble.
+
+Fitness of candidate k in start h on the unknown robot is ``mu[k, h] + A[k, h] z + d[k] + e``. `mu` is the ensemble's
+mean, ``A = (F - mu) / sqrt(M)`` its M deviations; ``z ~ N(0, I)`` says which mixture of its robots this one resembles,
+``d[k] ~ N(0, tau^2)`` what no robot of the ensemble says of this candidate, ``e ~ N(0, s^2)`` is one trial's noise.
+tau and s are not set: their marginal likelihood is computed on a grid from the trials themselves, and the posterior is
+averaged over it. Everything else is the algebra of Gaussian processes (Rasmussen and Williams 2006, Eq. 2.23 to 2.26),
+with systems no larger than the number of trials.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
+
+Float64Array = NDArray[np.float64]
+
+DISCREPANCIES = (0.08, 0.16, 0.32, 0.64, 1.28)
+"""tau on the grid, in units of the ensemble's spread."""
+NOISES = (0.2, 0.35, 0.6, 1.0, 1.6)
+"""s on the grid, in units of the ensemble's spread."""
+_USUAL = (0.32, 0.7)
+_DECADES = (0.7, 0.6)
+"""Before any trial: tau and s about `_USUAL`, log-normal with these deviations."""
+_LEAST_WEIGHT = 0.03
+
+
+@dataclass(frozen=True, slots=True)
+class Observations:
+    """n trials on the robot, in their order.
+
+    Attributes:
+        candidate: int64, shape ``(n,)``.
+        start: index of the start, int64, shape ``(n,)``.
+        value: fitness, float64, shape ``(n,)``.
+    """
+
+    candidate: NDArray[np.int64]
+    start: NDArray[np.int64]
+    value: Float64Array
+
+    def __len__(self) -> int:
+        return len(self.candidate)
+
+
+NOTHING = Observations(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))
+"""Before the first trial."""
+
+
+@dataclass(frozen=True, slots=True)
+class Posterior:
+    """What is known of the K candidates' mean fitness over all starts.
+
+    Attributes:
+        mean: shape ``(K,)``.
+        deviation: standard deviation, shape ``(K,)``.
+        discrepancy: most likely tau.
+        noise: most likely s.
+    """
+
+    mean: Float64Array
+    deviation: Float64Array
+    discrepancy: float
+    noise: float
+
+    @property
+    def best(self) -> int:
+        """The candidate to recommend."""
+        return int(self.mean.argmax())
+
+
+class Model:
+    """The prior; conditioned on trials by `condition`.
+
+    Args:
+        fitness: of the ensemble, shape ``(M, K, H)``.
+        least_spread: the ensemble's spread is taken to be at least this much.
+    """
+
+    def __init__(self, fitness: NDArray[np.float32], least_spread: float) -> None:
+        n_robots = len(fitness)
+        self.mu: Float64Array = fitness.mean(axis=0, dtype=np.float64)
+        deviations = (fitness - self.mu.astype(np.float32)) / np.float32(np.sqrt(n_robots))
+        self.a: NDArray[np.float32] = np.ascontiguousarray(deviations.transpose(1, 2, 0))
+        """Shape ``(K, H, M)``."""
+        self.b: Float64Array = self.a.mean(axis=1, dtype=np.float64)
+        """The same for means over starts, shape ``(K, M)``."""
+        self.spread = max(float(np.sqrt((self.a.astype(np.float64) ** 2).sum(axis=2).mean())), least_spread)
+
+    def condition(self, observed: Observations) -> Conditioned:
+        """The model after these trials."""
+        return Conditioned(self, observed)
+
+
+class Conditioned:
+    """The model after n trials. Computed when asked for; a few milliseconds."""
+
+    def __init__(self, model: Model, observed: Observations) -> None:
+        self.model = model
+        self.observed = observed
+        rows = model.a[observed.candidate, observed.start].astype(np.float64)
+        self._rows = rows
+        self._residual = observed.value - model.mu[observed.candidate, observed.start]
+        self._same = observed.candidate[:, None] == observed.candidate[None, :]
+        self._gram = rows @ rows.T
+        self._cross = model.b @ rows.T
+        self._own = (np.arange(len(model.b))[:, None] == observed.candidate).astype(np.float64)
+        self._grid = [(tau * model.spread, s * model.spread) for tau in DISCREPANCIES for s in NOISES]
+        logs = np.array([self._log_likelihood(tau, s) for tau, s in self._grid])
+        weights = np.exp(logs - logs.max())
+        self._weights = weights / weights.sum()
+
+    def _factor(self, tau: float, s: float) -> tuple[Float64Array, bool]:
+        covariance = self._gram + tau**2 * self._same + s**2 * np.eye(len(self.observed))
+        factor: Float64Array = cho_factor(covariance, lower=True)[0]
+        return factor, True
+
+    def _log_likelihood(self, tau: float, s: float) -> float:
+        relative = np.log(np.array([tau, s]) / self.model.spread / np.array(_USUAL)) / np.array(_DECADES)
+        prior = float(-0.5 * (relative**2).sum())
+        if not len(self.observed):
+            return prior
+        factor = self._factor(tau, s)
+        fit = float(self._residual @ cho_solve(factor, self._residual))
+        return prior - 0.5 * fit - float(np.log(np.diag(factor[0])).sum())
+
+    @property
+    def likeliest(self) -> tuple[float, float]:
+        """Most likely (tau, s)."""
+        return self._grid[int(self._weights.argmax())]
+
+    @cached_property
+    def posterior(self) -> Posterior:
+        """Of every candidate, averaged over tau and s."""
+        mean, square = np.zeros(len(self.model.b)), np.zeros(len(self.model.b))
+        used = np.flatnonzero(self._weights > _LEAST_WEIGHT)
+        for place in used.tolist():
+            weight = self._weights[place] / self._weights[used].sum()
+            one, variance = self._given(*self._grid[place])
+            mean += weight * one
+            square += weight * (variance + one**2)
+        deviation = np.sqrt(np.maximum(square - mean**2, 1e-12))
+        return Posterior(mean, deviation, *self.likeliest)
+
+    def _given(self, tau: float, s: float) -> tuple[Float64Array, Float64Array]:
+        """Mean and variance of every candidate's mean fitness, for one tau and s."""
+        model = self.model
+        mean = model.mu.mean(axis=1)
+        variance = (model.b**2).sum(axis=1) + tau**2
+        if not len(self.observed):
+            return mean, variance
+        lower = self._factor(tau, s)[0]
+        cross = self._cross + tau**2 * self._own
+        whitened = cross @ solve_triangular(lower, np.eye(len(self.observed)), lower=True).T
+        mean = mean + whitened @ solve_triangular(lower, self._residual, lower=True)
+        variance = variance - (whitened**2).sum(axis=1)
+        return mean, np.maximum(variance, 1e-12)
+
+    def covariance(self, candidates: NDArray[np.int64], options: NDArray[np.int64]) -> Float64Array:
+        """Posterior covariance of candidates' means with single trials, at the most likely tau and s.
+
+        Args:
+            candidates: c of them.
+            options: candidates of the trials, o of them.
+
+        Returns:
+            Shape ``(c, o, H)``: without the trial's noise.
+        """
+        model = self.model
+        tau, s = self.likeliest
+        rows = model.a[options].astype(np.float64)
+        o, h, m = rows.shape
+        covariance = np.einsum("cm,ohm->coh", model.b[candidates], rows, optimize=True)
+        covariance += tau**2 * (candidates[:, None] == options)[:, :, None]
+        if len(self.observed):
+            factor = self._factor(tau, s)
+            left = model.b[candidates] @ self._rows.T + tau**2 * (candidates[:, None] == self.observed.candidate)
+            right = (rows.reshape(o * h, m) @ self._rows.T).reshape(o, h, -1)
+            right = right + tau**2 * (options[:, None] == self.observed.candidate)[:, None, :]
+            solved = cho_solve(factor, right.reshape(o * h, -1).T)
+            covariance -= (left @ solved).reshape(len(candidates), o, h)
+        return np.asarray(covariance, np.float64)
+
+    def trial_variance(self, options: NDArray[np.int64]) -> Float64Array:
+        """Posterior variance of single trials without their noise, at the most likely tau and s, shape ``(o, H)``."""
+        tau, s = self.likeliest
+        rows = self.model.a[options].astype(np.float64)
+        variance = (rows**2).sum(axis=2) + tau**2
+        if len(self.observed):
+            o, h, m = rows.shape
+            right = (rows.reshape(o * h, m) @ self._rows.T).reshape(o, h, -1)
+            right = (right + tau**2 * (options[:, None] == self.observed.candidate)[:, None, :]).reshape(o * h, -1)
+            solved = cho_solve(self._factor(tau, s), right.T)
+            variance = variance - np.einsum("in,ni->i", right, solved).reshape(o, h)
+        return np.asarray(np.maximum(variance, 1e-12))
+
+    @cached_property
+    def mixture(self) -> tuple[Float64Array, Float64Array]:
+        """Posterior mean of z, shape ``(M,)``, and its covariance, shape ``(M, M)``, at the most likely tau and s."""
+        n_robots = self.model.a.shape[2]
+        if not len(self.observed):
+            return np.zeros(n_robots), np.eye(n_robots)
+        factor = self._factor(*self.likeliest)
+        mean = self._rows.T @ cho_solve(factor, self._residual)
+        return mean, np.eye(n_robots) - self._rows.T @ cho_solve(factor, self._rows)

@@ -1,0 +1,183 @@
+"""Simulated robots that differ as the `uncertainty` section says, each drawn once for its whole life."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from copy import deepcopy
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+from sceann_hil.config.uncertainty import NormalRange, Range, ScaledRange, UniformRange, ranges_of
+from sceann_hil.errors import ConfigError
+from sceann_hil.plugins import RobotConfig
+from sceann_hil.seeds import Purpose, generator
+
+_MOST_DRAWS = 100
+"""Draws of one robot: the tail of a normal distribution may be no body, and is drawn again."""
+_ROOT = 0
+"""Root of the robots' seed tree: whoever is uncertain of the same draws the same robots, so they can be kept."""
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnRobots:
+    """An ensemble of M robots with P drawn quantities.
+
+    Attributes:
+        names: of the quantities, such as ``gap.motor_gain[0]``.
+        values: float64, shape ``(M, P)``.
+        bodies: the robots' sections.
+    """
+
+    names: tuple[str, ...]
+    values: NDArray[np.float64]
+    bodies: tuple[RobotConfig, ...]
+
+    def __len__(self) -> int:
+        return len(self.bodies)
+
+
+def draw_robots(body: RobotConfig, keys: Mapping[str, Range], count: int) -> DrawnRobots:
+    """Robots like `body`.
+
+    Args:
+        body: simulated. A section of it in which something is drawn, such as its gap, starts from its defaults.
+        keys: as in `sceann_hil.config.uncertainty.UncertaintyConfig`, over what is usual for such a body.
+        count: M.
+
+    Raises:
+        ConfigError: the body has no such key, or a range is wider than the body allows.
+    """
+    ranges = ranges_of(body, dict(keys))
+    draw = _Draw(body, ranges)
+    draw.check()
+    robots = [draw.robot(number) for number in range(count)]
+    return DrawnRobots(draw.names, np.array([values for values, _ in robots]), tuple(one for _, one in robots))
+
+
+def robot_with(body: RobotConfig, names: tuple[str, ...], values: NDArray[np.float64]) -> dict[str, Any]:
+    """The section of a robot that has these values of the quantities, as plain data."""
+    data = _without_sections(body, {name.partition("[")[0] for name in names})
+    lists: dict[str, list[float]] = {}
+    for name, value in zip(names, values.tolist(), strict=True):
+        lists.setdefault(name.partition("[")[0], []).append(value)
+    for key, some in lists.items():
+        _put(data, key, some if body.values_of(key) > 1 else some[0])
+    return data
+
+
+class _Draw:
+    def __init__(self, body: RobotConfig, ranges: Mapping[str, Range]) -> None:
+        self._body = body
+        self._ranges = ranges
+        self._base = _without_sections(body, ranges)
+        self.names: tuple[str, ...] = ()
+        for key, known in ranges.items():
+            count = 1 if isinstance(known, float) else body.values_of(key)
+            if not isinstance(known, float):
+                self.names += (key,) if count == 1 else tuple(f"{key}[{i}]" for i in range(count))
+
+    def check(self) -> None:
+        """Refuse a key that the body does not have, and ends of ranges that it does not allow."""
+        for key, known in self._ranges.items():
+            nominal = _get(self._body.model_dump(mode="json"), key)
+            if isinstance(known, ScaledRange) and not isinstance(nominal, (int, float)):
+                raise ConfigError(
+                    f"uncertainty.keys: {key}: expected a number of robot {self._body.type} to scale, got {nominal!r}.",
+                    "Nothing was started.",
+                )
+            for end in _ends(known, nominal):
+                data = deepcopy(self._base)
+                self._fill(data, key, [end] * self._body.values_of(key))
+                told = self._refusal(data)
+                if told is not None:
+                    raise ConfigError(
+                        f"uncertainty.keys: {key}: {end:g} is more than robot {self._body.type} allows: {told}.",
+                        "Nothing was started. Make the range narrower.",
+                    )
+
+    def robot(self, number: int) -> tuple[list[float], RobotConfig]:
+        """Drawn quantities and section of one robot."""
+        rng = generator(_ROOT, Purpose.ENSEMBLE, number)
+        told: str | None = ""
+        for _ in range(_MOST_DRAWS):
+            data, drawn = deepcopy(self._base), []
+            for key, known in self._ranges.items():
+                nominal = _get(self._body.model_dump(mode="json"), key)
+                some = [_value(known, nominal, rng) for _ in range(self._body.values_of(key))]
+                self._fill(data, key, some)
+                drawn += [] if isinstance(known, float) else some
+            told = self._refusal(data)
+            if told is None:
+                return drawn, self._made(data)
+        raise ConfigError(
+            f"uncertainty.keys: {_MOST_DRAWS} draws in a row gave no {self._body.type} that can be, the last: {told}.",
+            "Nothing was started. Make the ranges narrower.",
+        )
+
+    def _fill(self, data: dict[str, Any], key: str, values: list[float]) -> None:
+        _put(data, key, values if len(values) > 1 else values[0])
+
+    def _made(self, data: dict[str, Any]) -> RobotConfig:
+        return type(self._body).model_validate_json(json.dumps(data))
+
+    def _refusal(self, data: dict[str, Any]) -> str | None:
+        try:
+            _ = self._made(data).spec
+        except ValidationError as error:
+            first = error.errors()[0]
+            return f"{'.'.join(str(part) for part in first['loc'])}: {first['msg']}"
+        except ValueError as error:
+            return str(error)
+        return None
+
+
+def _without_sections(body: RobotConfig, keys: Any) -> dict[str, Any]:
+    """The body's section as plain data; parts of it in which something is drawn are left to their defaults."""
+    data: dict[str, Any] = body.model_dump(mode="json")
+    for key in keys:
+        if "." in key:
+            data.pop(key.partition(".")[0], None)
+    return data
+
+
+def _ends(known: Range, nominal: Any) -> tuple[float, ...]:
+    match known:
+        case UniformRange():
+            return known.uniform
+        case NormalRange():
+            return (known.normal[0],)
+        case ScaledRange():
+            return (known.scaled[0] * nominal, known.scaled[1] * nominal)
+        case _:
+            return (known,)
+
+
+def _value(known: Range, nominal: Any, rng: np.random.Generator) -> float:
+    match known:
+        case UniformRange():
+            return float(rng.uniform(*known.uniform))
+        case NormalRange():
+            return float(rng.normal(*known.normal))
+        case ScaledRange():
+            return float(nominal * rng.uniform(*known.scaled))
+        case _:
+            return known
+
+
+def _get(data: dict[str, Any], key: str) -> Any:
+    value: Any = data
+    for part in key.split("."):
+        value = value.get(part) if isinstance(value, dict) else None
+    return value
+
+
+def _put(data: dict[str, Any], key: str, value: Any) -> None:
+    *sections, last = key.split(".")
+    for part in sections:
+        data = data.setdefault(part, {})
+    data[last] = value
