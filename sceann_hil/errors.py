@@ -44,6 +44,8 @@ class ExitCode(IntEnum):
     STUDY_CHANGED = 18, "The study in this folder was begun with another configuration; nothing was started."
     DISK_FULL = 20, "No space left; what was journalled so far is safe and can be resumed."
     CANNOT_WRITE = 21, "A place cannot be written to."
+    CANNOT_READ = 22, "A file cannot be opened or read."
+    OTHER_VERSIONS = 23, "A result would go on with other versions or another body than it began with."
     LINK = 30, "The robot cannot be reached; the run is paused and can be resumed."
     TRIAL_VOID = 31, "A trial failed too often without a result; the run is paused and can be resumed."
     ROBOT_FAULT = 32, "The robot reports a fault; somebody must look at it."
@@ -171,6 +173,18 @@ class CannotWrite(UserError):
     exit_code = ExitCode.CANNOT_WRITE
 
 
+class CannotRead(UserError):
+    """A file cannot be opened."""
+
+    exit_code = ExitCode.CANNOT_READ
+
+
+class OtherVersions(UserError):
+    """A run or study would go on with other versions than it began with, or with another body."""
+
+    exit_code = ExitCode.OTHER_VERSIONS
+
+
 class RobotUnreachable(UserError):
     """The robot cannot be reached (`LinkError`)."""
 
@@ -247,6 +261,9 @@ _CANNOT_WRITE = (
     *(errno.EACCES, errno.EPERM, errno.EROFS),
     *(errno.ENOTDIR, errno.EISDIR, errno.EEXIST, errno.ENAMETOOLONG),
 )
+_BUGS = (sqlite3.SQLITE_ERROR, sqlite3.SQLITE_MISUSE, sqlite3.SQLITE_CONSTRAINT)
+"""What SQLite says about our own mistakes."""
+_BACKUP = "Restore it from a backup, or read on in docs/journal.md (Damage)."
 _FREE_SPACE = "Free some space, then `sceann resume` the run: what was journalled so far is safe."
 
 
@@ -267,8 +284,8 @@ def as_user_error(error: BaseException) -> UserError | None:
         )
     if isinstance(error, KeyboardInterrupt):
         return InterruptedNow(ExitCode.INTERRUPTED_NOW.meaning, "`sceann resume` continues the run.")
-    if getattr(error, "sqlite_errorcode", None) == sqlite3.SQLITE_FULL:
-        return DiskFull("The disk is full: the journal could not be written.", _FREE_SPACE)
+    if isinstance(error, sqlite3.Error) and _primary_code(error) not in _BUGS:
+        return database_error(error)
     if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
         return DiskFull(f"The disk is full: {_where(error)} could not be written.", _FREE_SPACE)
     if isinstance(error, OSError) and error.errno in _CANNOT_WRITE:
@@ -299,6 +316,42 @@ def requirement_of(module: str) -> str:
         if re.match(rf"{re.escape(name)}\b(?!-)", requirement):
             return requirement
     return ""
+
+
+def database_error(error: sqlite3.Error, path: Path | None = None, what: str = "journal") -> UserError:
+    """What a user should be told about an error of SQLite."""
+    primary = _primary_code(error)
+    place = path or "a database"
+    if primary == sqlite3.SQLITE_FULL:
+        return DiskFull(
+            f"The disk is full: {place} cannot grow.", "Free some space there; what was recorded so far is safe."
+        )
+    if primary == sqlite3.SQLITE_IOERR:
+        return DiskFull(
+            f"The disk or network that holds {place} fails: {error} ({getattr(error, 'sqlite_errorname', '')}).",
+            "Is there room and quota, is the network file system there? What was recorded so far is safe.",
+        )
+    if primary in (sqlite3.SQLITE_READONLY, sqlite3.SQLITE_PERM, sqlite3.SQLITE_AUTH):
+        return CannotWrite(f"{place} cannot be written to: {error}.", "Change its permissions, or work on a copy.")
+    if primary == sqlite3.SQLITE_CANTOPEN:
+        return CannotRead(f"{place} cannot be opened: {error}.", "Are the folder and the file there, and readable?")
+    if primary == sqlite3.SQLITE_NOTADB:
+        return RunIsDamaged(f"{place} cannot be read: {error}.", _BACKUP)
+    return RunIsDamaged(f"{place} is damaged: {error}.", way_out_of_damage(path, what))
+
+
+def _primary_code(error: sqlite3.Error) -> int:
+    return getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR) & 0xFF
+
+
+def way_out_of_damage(path: Path | None, what: str = "journal") -> str:
+    """What to do about a damaged database."""
+    if what != "journal" or path is None:
+        return _BACKUP
+    return (
+        f"`sceann check {path.parent}` names the last generation that is sound; "
+        f"`sceann resume {path.parent} --from-generation N` goes on from it and keeps the damaged file."
+    )
 
 
 def _where(error: OSError) -> str:

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import sqlite3
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from sceann_hil.config import ExperimentConfig, parse_config
 from sceann_hil.journal import JOURNAL_NAME
+from sceann_hil.journal.insertion import rewrite_digests, update_checksums
+from sceann_hil.journal.schema import COLUMNS
 from sceann_hil.network.coding import Bits, genome_to_hex
 from sceann_hil.robot import Robot
 from sceann_hil.run.experiment import Experiment, Outcome
@@ -47,6 +52,17 @@ def resume(directory: Path) -> Outcome:
         return experiment.evolve(robot)
 
 
+def falsify(directory: Path, statement: str) -> None:
+    """Change a journal behind its back, checksums and all: what only a replay can find out."""
+    db = sqlite3.connect(directory / JOURNAL_NAME)
+    db.execute(statement)
+    for table in COLUMNS:
+        update_checksums(db, table)
+    rewrite_digests(db, since_generation=0)
+    db.commit()
+    db.close()
+
+
 def measure_on(
     directory: Path, config: ExperimentConfig, robot: Robot, genomes: Bits, repeats: int = 1, desk: Desk | None = None
 ) -> Measurement:
@@ -63,9 +79,10 @@ CONTENTS = {
     "run": "root_seed, config",
     "generation": "number, algorithm_state, finished_at IS NOT NULL, robot_s, best_fitness, mean_fitness, "
     "worst_fitness, success_rate",
-    "individual": "*",
-    "attempt": "id, generation, individual, trial, attempt, start, noise_key, end_reason, steps, state_hash, "
-    "final_state, robot_s, fitness",
+    "individual": "id, generation, number, genome, coalesce(parent, ancestor), structure, fitness",
+    "attempt": "id, generation, individual, trial, attempt, "
+    "(SELECT start_values FROM start WHERE start.id = attempt.start), printf('%016x', noise_key), end_reason, steps, "
+    "state_hash, numbers(final_state), robot_s, fitness",
 }
 """Everything in a journal but times of day and the events that tell of interruptions."""
 
@@ -73,6 +90,7 @@ CONTENTS = {
 def contents(directory: Path) -> dict[str, list[Any]]:
     """What two runs must have in common to be the same run."""
     db = sqlite3.connect(directory / JOURNAL_NAME)
+    db.create_function("numbers", 1, lambda text: text and json.dumps(np.array(json.loads(text), np.float32).tolist()))
     try:
         return {table: db.execute(f"SELECT {what} FROM {table}").fetchall() for table, what in CONTENTS.items()}
     finally:

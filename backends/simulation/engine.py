@@ -14,6 +14,7 @@ from backends.simulation.body import SimulatedBody
 from backends.simulation.estimate import estimate_gap
 from backends.simulation.gap import Gap
 from backends.simulation.lanes import accumulating, nothing, run_lanes
+from backends.simulation.stepwise import StepwiseBody
 from sceann_hil.network.coding import NetworkSize
 from sceann_hil.network.controller import Neuron
 from sceann_hil.network.neurons import LANES
@@ -60,6 +61,10 @@ class SimulatedRobot(SimulatedBody):
     def estimate_gap(self, starts: NDArray[np.float64], traces: Sequence[Trace]) -> GapEstimate:
         """See `backends.simulation.estimate`."""
         return estimate_gap(self, starts, tuple(traces))
+
+    def stepwise(self) -> StepwiseBody:
+        """The same body, moved one tick at a time from outside."""
+        return StepwiseBody(self)
 
     def _loop(self, accumulation: Accumulation | None) -> Callable[..., None]:
         if accumulation not in self._loops:

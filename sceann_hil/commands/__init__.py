@@ -60,6 +60,12 @@ COMMANDS: dict[str, Entry] = {
     "record": Entry(
         Topic.LOOK, "observe", "Make the recordings of a run that are missing or damaged, from its journal."
     ),
+    "check": Entry(
+        Topic.LOOK,
+        "soundness",
+        "Check that nothing in a run or a study was changed, lost or damaged since it was written.",
+    ),
+    "copy": Entry(Topic.LOOK, "soundness", "Copy a run or a study, also while somebody works on it."),
     "export-csv": Entry(Topic.LOOK, "inspect", "Write a run's generations, individuals and trials as CSV files."),
     "doctor": Entry(
         Topic.ROBOT,

@@ -99,6 +99,15 @@ def resume(
     budget_robot: BudgetRobot = None,
     budget_wall: BudgetWall = None,
     budget_trials: BudgetTrials = None,
+    accept_versions: Annotated[
+        bool, typer.Option("--accept-versions", help="Go on although versions, or the simulated body, are others.")
+    ] = False,
+    from_generation: Annotated[
+        int | None,
+        typer.Option(
+            "--from-generation", min=0, metavar="N", help="Go back to generation N; the journal of before is kept."
+        ),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Go on with a run that was stopped, paused or killed, or whose budget was spent.
@@ -106,7 +115,9 @@ def resume(
     Example: sceann resume runs/first --budget-robot 2h
     """
     more = more_of(budget_robot, budget_wall, budget_trials)
-    with Experiment.open(directory) as experiment:
+    with Experiment.open(
+        directory, accept_other_versions=accept_versions, from_generation=from_generation
+    ) as experiment:
         _run(experiment, record, live, as_json, operator=operator, more=more)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import groupby
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,9 +14,11 @@ from sceann_hil.commands.arguments import AsJson, RunDirectory, print_json
 from sceann_hil.commands.printing import pasted, print_table, shown
 from sceann_hil.config import outline_of
 from sceann_hil.errors import ReplayDiffers
-from sceann_hil.journal import JournalReader, RunLock
+from sceann_hil.journal import AttemptRow, JournalReader, RunLock
 from sceann_hil.journal.tables import export_csv
+from sceann_hil.journal.verify import require_sound
 from sceann_hil.run.champion import champion_of
+from sceann_hil.versions import running_versions, version_differences
 
 if TYPE_CHECKING:
     from sceann_hil.run.replay import Comparison
@@ -102,45 +104,65 @@ def replay_trial(
         sessions_of_another_body,
     )
 
-    reader = JournalReader(directory)
+    # what a trial gives again is compared with the row as it stands; what no replay can tell is checked after it
+    reader = JournalReader(directory, checked=False)
     config = journalled_config(reader)
-    if trial is not None:
-        attempts = [reader.attempt(trial)]
-    else:
-        attempts = [
-            row
-            for g in reader.generations(finished=True)
-            for row in reader.attempts(g.number)
-            if row.fitness is not None
-        ]
+    others = _other_versions(reader)
+    for line in others:
+        typer.echo(f"note: {line}", err=True)
     compared: list[tuple[int, list[Comparison]]] = []
+    n_compared = 0
+    sessions: set[int | None] = set()
     with config.robot.build() as robot:
-        others = sessions_of_another_body(reader, robot, attempts)
-        for _, group in groupby(attempts, key=lambda row: row.generation):
-            rows = list(group)
-            compared += zip([row.id for row in rows], replay(reader, config, robot, rows), strict=True)
+        for rows in [[reader.attempt(trial)]] if trial is not None else _counted(reader):
+            sessions |= {row.session for row in rows}
+            n_compared += len(rows)
+            pairs = zip([row.id for row in rows], replay(reader, config, robot, rows), strict=True)
+            compared += [pair for pair in pairs if trial is not None or not all(c.equal for c in pair[1])]
+        bodies = sessions_of_another_body(reader, robot, sessions)
     different = [identity for identity, comparisons in compared if not all(c.equal for c in comparisons)]
     if as_json:
         print_json(
             {
-                "replayed": len(compared),
+                "replayed": n_compared,
+                "other_versions": others,
                 "different": different,
-                "sessions_with_another_body": others,
+                "sessions_with_another_body": bodies,
                 "trials": {
                     identity: {c.quantity: {"journalled": c.journalled, "replayed": c.replayed} for c in comparisons}
                     for identity, comparisons in compared
-                    if len(compared) == 1 or identity in different
                 },
             }
         )
     else:
-        _print_replay(compared, different, others)
+        _print_replay(compared if trial is not None else [], n_compared, different, bodies)
     if different:
         shown = ", ".join(map(str, different[:10])) + (" ..." if len(different) > 10 else "")
         raise ReplayDiffers(
-            f"{len(different)} of {len(compared)} replayed trials differ from the journal: {shown}.",
+            f"{len(different)} of {n_compared} replayed trials differ from the journal: {shown}.",
             f"The journal names the versions it was written with: {reader.run().versions}.",
         )
+    if trial is not None:
+        JournalReader(directory).attempt(trial)
+    else:
+        require_sound(directory)
+
+
+def _counted(reader: JournalReader) -> Iterator[list[AttemptRow]]:
+    """The counted trials of each finished generation."""
+    for generation in reader.generations(finished=True):
+        if rows := [row for row in reader.attempts(generation.number) if row.fitness is not None]:
+            yield rows
+
+
+def _other_versions(reader: JournalReader) -> list[str]:
+    """In what the sessions of a run differ from this process, one line for each session that does."""
+    now = running_versions()
+    return [
+        f"session {row.id} ({row.started_at}) ran on other versions: {'; '.join(lines)}"
+        for row in reader.sessions()
+        if (lines := version_differences(row.versions, now))
+    ]
 
 
 def export_tables(
@@ -155,23 +177,25 @@ def export_tables(
         typer.echo(path)
 
 
-def _print_replay(compared: list[tuple[int, list[Comparison]]], different: list[int], others: list[int]) -> None:
+def _print_replay(
+    compared: list[tuple[int, list[Comparison]]], n_compared: int, different: list[int], bodies: list[int]
+) -> None:
     console = Console(highlight=False)
-    if len(compared) == 1:
+    if compared:
         identity, comparisons = compared[0]
         table = Table("", "journalled", "replayed", "", title=f"Trial {identity}")
         for c in comparisons:
             mark = "[green]same[/]" if c.equal else "[bold red]DIFFERENT[/]"
             table.add_row(c.quantity, str(c.journalled), str(c.replayed), mark)
         console.print(table)
-    if others:
+    if bodies:
         console.print(
-            f"Session {', '.join(map(str, others))} was run with another body than the one that is installed here: its "
+            f"Session {', '.join(map(str, bodies))} was run with another body than the one that is installed here: its "
             "code, a constant, a parameter or the version of Python has changed.",
             style="yellow",
         )
     if not different:
-        console.print(f"{len(compared)} trial{'s' if len(compared) != 1 else ''} replayed, the same to the last bit.")
+        console.print(f"{n_compared} trial{'s' if n_compared != 1 else ''} replayed, the same to the last bit.")
 
 
 def _sparkline(values: list[float]) -> str:

@@ -35,6 +35,9 @@ def study(
     out: Annotated[
         Path | None, typer.Option("--out", metavar="DIR", help="Folder of the studies.", show_default="studies")
     ] = None,
+    accept_versions: Annotated[
+        bool, typer.Option("--accept-versions", help="Go on although versions are others than before.")
+    ] = False,
     seed: Seed = None,
     overrides: Overrides = None,
 ) -> None:
@@ -51,12 +54,12 @@ def study(
     console = Console(stderr=True, highlight=False)
     directory = out or Path("studies")
     if cluster is None:
-        _run(studies, directory, LocalWorkers(workers or cores()), console)
+        _run(studies, directory, LocalWorkers(workers or cores()), console, accept_versions)
         return
     from sceann_hil.study.cluster import ClusterWorkers  # an extra that most people do without
 
     with told_when_interrupted(console), ClusterWorkers(cluster, tell=console.print) as on_the_cluster:
-        _run(studies, directory, on_the_cluster, console)
+        _run(studies, directory, on_the_cluster, console, accept_versions)
 
 
 def _files(config: Path) -> list[Path]:
@@ -68,9 +71,9 @@ def _files(config: Path) -> list[Path]:
     return files
 
 
-def _run(studies: list[Study], directory: Path, workers: Workers, console: Console) -> None:
+def _run(studies: list[Study], directory: Path, workers: Workers, console: Console, accept_versions: bool) -> None:
     for one in studies:
         console.rule(f"[bold]{one.config.name}[/]", align="left")
         with told_when_interrupted(console), show_study_progress(console) as observer:
-            run_study(one, directory / one.config.name, workers, observer)
+            run_study(one, directory / one.config.name, workers, observer, accept_other_versions=accept_versions)
     console.print(f"  sceann report {pasted(directory)}", soft_wrap=True)

@@ -162,6 +162,16 @@ class ExperimentConfig(Section):
         except NotImplementedError:
             return  # a plug-in that is only a section yet: its keys can be checked, its trials cannot be run
         task.check_robot(self.robot.spec)
+        asked = self.operator.resolved(attended=self.robot.spec.attended) and self.operator.confirm
+        if task.score_by_operator and not asked:
+            raise Misfit(
+                "who: expected somebody who is asked after every trial (operator.confirm), because with "
+                "task.score_by_operator a person says how good it was",
+                "operator.who",
+                "operator.confirm",
+            )
+        if task.score_by_operator and self.reference.every is not None:
+            raise Misfit("reference: expected none, because its runs are not judged by a person", "reference.every")
         if self.saving.racing is not Racing.OFF and not math.isfinite(task.best_fitness - task.worst_fitness):
             raise Misfit(
                 f"racing: expected a task that says what its trials can be worth, got {self.task.type}",

@@ -7,6 +7,8 @@ import sqlite3
 import time
 from collections.abc import Callable
 
+from sceann_hil.errors import DiskFull
+
 SECONDS_BETWEEN_ATTEMPTS = 10.0
 """How often a full disk is tried again."""
 
@@ -26,7 +28,7 @@ def when_there_is_room(
         try:
             write()
             return
-        except (sqlite3.OperationalError, OSError) as error:
+        except (DiskFull, sqlite3.OperationalError, OSError) as error:
             if not _is_disk_full(error):
                 raise
         if not told:
@@ -36,6 +38,8 @@ def when_there_is_room(
 
 
 def _is_disk_full(error: Exception) -> bool:
+    if isinstance(error, DiskFull):
+        return True
     if isinstance(error, sqlite3.OperationalError):
         return error.sqlite_errorcode == sqlite3.SQLITE_FULL
     return isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT)

@@ -67,7 +67,11 @@ NOTHING_SPECIAL = Circumstances()
 
 @dataclass(frozen=True, slots=True)
 class FirstGeneration:
-    """Generation 0 of a run that goes on from another one's population; as in `Journal.begin_generation`."""
+    """Generation 0 of a run that goes on from another one's population; as in `Journal.begin_generation`.
+
+    Attributes:
+        parents: ids in the other run.
+    """
 
     state: bytes
     genomes: Bits

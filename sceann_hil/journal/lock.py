@@ -2,21 +2,34 @@
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import os
+import time
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from sceann_hil.errors import RunIsLocked
+from sceann_hil.errors import CannotWrite, RunIsLocked
 
 LOCK_NAME = "lock"
+_LOOKS_OF_OTHERS_S = 0.5
+"""A look at whether a run is being worked on holds the lock for an instant; nobody is turned away by that."""
+_NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL)
 
 
-def _try_lock(descriptor: int, kind: int) -> bool:
+def _try_lock(descriptor: int, kind: int, path: Path) -> bool:
     try:
         fcntl.flock(descriptor, kind | fcntl.LOCK_NB)
-    except OSError:
+    except OSError as error:
+        if error.errno in _NO_LOCKS:
+            raise CannotWrite(
+                f"{path.parent}: this file system has no locks ({error.strerror}), so nothing would keep a second "
+                "process away.",
+                "Choose a folder on a local disk.",
+            ) from error
+        if error.errno not in (errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES):
+            raise
         return False
     return True
 
@@ -26,30 +39,42 @@ class RunLock:
 
     Raises:
         RunIsLocked: another process holds it.
+        CannotWrite: the file system has no locks.
     """
 
     def __init__(self, directory: Path) -> None:
         self._path = directory / LOCK_NAME
-        self._descriptor = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o644)
-        if not _try_lock(self._descriptor, fcntl.LOCK_EX):
-            holder = os.pread(self._descriptor, 32, 0).decode(errors="replace").strip()
-            os.close(self._descriptor)
-            who = f"process {holder}" if holder else "another process"
-            raise RunIsLocked(
-                f"{directory} is in use: {who} is working on it.", "Wait until it has finished, or stop it first."
-            )
-        os.ftruncate(self._descriptor, 0)
-        os.pwrite(self._descriptor, f"{os.getpid()}\n".encode(), 0)
+        self._descriptor = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        try:
+            self._take(directory)
+            os.ftruncate(self._descriptor, 0)
+            os.pwrite(self._descriptor, f"{os.getpid()}\n".encode(), 0)
+        except BaseException:
+            self.release()
+            raise
+
+    def _take(self, directory: Path) -> None:
+        give_up_at_s = time.monotonic() + _LOOKS_OF_OTHERS_S
+        while not _try_lock(self._descriptor, fcntl.LOCK_EX, self._path):
+            if time.monotonic() > give_up_at_s:
+                raise RunIsLocked(
+                    f"{directory} is in use: {who_has_locked(self._path)} is working on it.",
+                    "Wait until it has finished, or stop it first.",
+                )
+            time.sleep(0.02)
 
     @staticmethod
     def is_held(directory: Path) -> bool:
         """True while some process may write the run."""
+        path = directory / LOCK_NAME
         try:
-            descriptor = os.open(directory / LOCK_NAME, os.O_RDONLY)
-        except FileNotFoundError:
+            descriptor = os.open(path, os.O_RDONLY)
+        except OSError:
             return False
         try:
-            return not _try_lock(descriptor, fcntl.LOCK_SH)
+            return not _try_lock(descriptor, fcntl.LOCK_SH, path)
+        except CannotWrite:
+            return False
         finally:
             os.close(descriptor)
 
@@ -66,3 +91,49 @@ class RunLock:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.release()
+
+
+def who_has_locked(path: Path) -> str:
+    """The living process of this computer that has a lock on a file, for messages."""
+    try:
+        status = path.stat()
+        lines = Path("/proc/locks").read_text(encoding="ascii").splitlines()
+    except OSError:
+        return "another process"
+    device = f"{os.major(status.st_dev):02x}:{os.minor(status.st_dev):02x}:{status.st_ino}"
+    near = {device, *(f"{device.rpartition(':')[0]}:{inode}" for inode in _beside(path))}
+    found = [
+        int(words[4])
+        for words in map(str.split, lines)
+        if "->" not in words and len(words) > 5 and words[5] in near and words[4].isdecimal()
+    ]
+    found += [_written_in(path)] if path.name == LOCK_NAME else []
+    alive = [pid for pid in found if pid and Path(f"/proc/{pid}").exists()]
+    for pid in sorted(alive, key=lambda pid: pid == os.getpid()):
+        return f"process {pid}{_name_of(pid)}"
+    return "another process"
+
+
+def _written_in(path: Path) -> int:
+    """Whoever wrote itself into the file that is the lock."""
+    try:
+        return int(path.read_text(encoding="ascii"))
+    except (OSError, ValueError):
+        return 0
+
+
+def _beside(path: Path) -> list[int]:
+    """SQLite locks its shared memory instead of the database while it keeps a write-ahead log."""
+    try:
+        return [path.with_name(f"{path.name}-shm").stat().st_ino]
+    except OSError:
+        return []
+
+
+def _name_of(pid: int) -> str:
+    try:
+        words = Path(f"/proc/{pid}/cmdline").read_bytes().decode(errors="replace").split("\0")
+    except OSError:
+        return ""
+    shown = " ".join(Path(word).name if place == 0 else word for place, word in enumerate(words[:4])).strip()
+    return f" ({shown[:60]})" if shown else ""

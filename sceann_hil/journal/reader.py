@@ -1,17 +1,23 @@
-"""Reading a journal, also while another process writes it."""
+"""Reading a journal, also while another process writes it. Every row is compared with its checksum when it is read."""
 
 from __future__ import annotations
 
 import json
 import sqlite3
+import zlib
 from collections.abc import Iterator
+from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.errors import NotARun, RunIsDamaged, RunIsNewer
+from sceann_hil.errors import NotARun, RunIsDamaged, way_out_of_damage
 from sceann_hil.journal import schema1
+from sceann_hil.journal.attempts import attempt_row, attempt_rows
+from sceann_hil.journal.checksums import first_wrong
+from sceann_hil.journal.database import DatabaseKind, open_database, understood
 from sceann_hil.journal.entries import AttemptKind
 from sceann_hil.journal.measured import unpack_measured
 from sceann_hil.journal.rows import (
@@ -23,83 +29,73 @@ from sceann_hil.journal.rows import (
     SessionRow,
     SpentRow,
 )
-from sceann_hil.journal.schema import APPLICATION_ID, JOURNAL_NAME, SCHEMA_VERSION, UNBORN_NAME
-from sceann_hil.robot import EndReason
+from sceann_hil.journal.schema import APPLICATION_ID, JOURNAL_NAME, SCHEMA_VERSION, UNBORN_NAME, columns_of
 
-_GENERATION = (
-    "number, finished_at, wall_s, robot_s, best_fitness, mean_fitness, worst_fitness, success_rate FROM generation"
-)
-_INDIVIDUAL = "id, generation, number, genome, parent, structure, fitness FROM individual"
-_ATTEMPT = (
-    "id, kind, session, generation, individual, trial, attempt, own_genome, start, noise_key, end_reason, steps, "
-    "value, state_hash, final_state, robot_s, fitness, operator_s, battery, note, measurement FROM attempt"
-)
+KIND = DatabaseKind(
+    "journal", APPLICATION_ID, SCHEMA_VERSION, ("run", "generation", "individual", "attempt", "session", "event"),
+    "sceann evolve",
+)  # fmt: skip
+_ROWS_AT_ONCE = 20_000
 
 
-def open_database(directory: Path, *, write: bool) -> sqlite3.Connection:
-    """A connection to a run's journal, after a look at whether it is one.
+def journal_path(directory: Path) -> Path:
+    """The journal in a run's folder.
 
     Raises:
-        NotARun: no folder, no journal in it, or a file that is something else.
-        RunIsNewer: its schema is newer than this version's.
-        RunIsDamaged: SQLite cannot read it.
+        NotARun: no folder, or no journal in it.
     """
     path = directory / JOURNAL_NAME
-    if not path.is_file() and any(directory.glob(f"{UNBORN_NAME}*")):
+    if path.is_file():
+        return path
+    if directory.is_dir() and any(directory.glob(f"{UNBORN_NAME}*")):
         raise NotARun(
             f"{directory} is not a run: its process ended before the run began.",
             "Start it again with `sceann evolve`, with the same --out.",
         )
-    if not path.is_file():
-        what = "has no journal" if directory.is_dir() else "does not exist"
-        raise NotARun(
-            f"{directory} is not a run: it {what}.", "Name the folder that `sceann evolve` printed (its --out)."
-        )
-    db = sqlite3.connect(
-        f"{path.absolute().as_uri()}?mode={'rw' if write else 'ro'}", uri=True, isolation_level=None, timeout=30.0
-    )
-    try:
-        application = db.execute("PRAGMA application_id").fetchone()[0]
-        version = db.execute("PRAGMA user_version").fetchone()[0]
-        if application == APPLICATION_ID and write:
-            db.execute("PRAGMA journal_mode = WAL")
-            db.execute("PRAGMA synchronous = FULL")
-            db.execute("PRAGMA foreign_keys = ON")
-    except sqlite3.DatabaseError as error:
-        db.close()
-        if isinstance(error, sqlite3.OperationalError):
-            raise
-        raise RunIsDamaged(
-            f"{path} cannot be read: {error}.", "Restore it from a backup; `sqlite3 FILE .recover` may save a part."
-        ) from None
-    if application != APPLICATION_ID:
-        db.close()
-        raise NotARun(f"{path} is not a journal of this program.", "Name the folder that `sceann evolve` printed.")
-    if version > SCHEMA_VERSION:
-        db.close()
-        raise RunIsNewer(
-            f"{directory} was written by a newer version: its schema is {version}, this one knows up to "
-            f"{SCHEMA_VERSION}.",
-            "Update sceann-hil.",
-        )
-    if version < SCHEMA_VERSION and write:
-        schema1.bring_up_to_date(db)
-    elif version < SCHEMA_VERSION:
-        schema1.read_as_today(db)
-    return db
+    what = "has no journal" if directory.is_dir() else "does not exist"
+    raise NotARun(f"{directory} is not a run: it {what}.", "Name the folder that `sceann evolve` printed (its --out).")
 
 
 class JournalReader:
-    """Questions to a run's journal."""
+    """Questions to a run's journal.
 
-    def __init__(self, directory: Path, database: sqlite3.Connection | None = None) -> None:
+    Raises (every method, too):
+        RunIsDamaged: a row is not as it was written, or SQLite cannot read it.
+    """
+
+    def __init__(self, directory: Path, database: sqlite3.Connection | None = None, *, checked: bool = True) -> None:
         """Open the journal in `directory` for reading, or use a connection that is open already.
 
+        Args:
+            directory: the run.
+            database: open already, of the newest schema.
+            checked: notice damage. Without, whatever can be read is told.
+
         Raises:
-            NotARun, RunIsNewer, RunIsDamaged: see `open_database`.
+            NotARun, RunIsNewer, RunIsDamaged, CannotRead: why not.
         """
         self.directory = directory
-        self._db = database or open_database(directory, write=False)
+        self.path = directory / JOURNAL_NAME
+        self._checked = checked
+        self._schema = SCHEMA_VERSION
+        if database is not None:
+            self._db = database
+            return
+        self.path = journal_path(directory)
+        self._db, self._schema = open_database(KIND, self.path, write=False, checked=checked)
+        if self._schema < SCHEMA_VERSION:
+            with understood(self.path):
+                schema1.read_as_today(self._db)
+
+    @property
+    def database(self) -> sqlite3.Connection:
+        """The connection, for questions that no method asks."""
+        return self._db
+
+    @property
+    def schema_version(self) -> int:
+        """Of the file."""
+        return self._schema
 
     def close(self) -> None:
         """Let go of the file. May be called twice."""
@@ -107,33 +103,47 @@ class JournalReader:
 
     def run(self) -> RunRow:
         """The run itself."""
-        row = self._db.execute("SELECT name, created_at, root_seed, config, versions, parent_run FROM run").fetchone()
-        return RunRow(row[0], row[1], row[2], row[3], json.loads(row[4]), row[5])
+        rows = self.rows("run")
+        if not rows:
+            raise RunIsDamaged(f"{self.path} is damaged: its run is missing.", way_out_of_damage(self.path))
+        _, name, created_at, root_seed, config, versions, parent = rows[0]
+        with understood(self.path):
+            return RunRow(name, created_at, root_seed, config, json.loads(versions), parent)
+
+    # -- generations and individuals ----------------------------------------------------------------------------------
 
     def generations(self, *, finished: bool = False) -> list[GenerationRow]:
         """All generations in order, or only those that are finished."""
-        where = " WHERE finished_at IS NOT NULL" if finished else ""
-        return [GenerationRow(*row) for row in self._db.execute(f"SELECT {_GENERATION}{where} ORDER BY number")]
+        where = "WHERE finished_at IS NOT NULL" if finished else ""
+        return [_generation(row) for row in self.rows("generation", f"{where} ORDER BY number")]
+
+    def generation(self, number: int) -> GenerationRow | None:
+        """One generation; None if there is none of this number."""
+        rows = self.rows("generation", "WHERE number = ?", number)
+        return _generation(rows[0]) if rows else None
 
     def last_generation(self) -> GenerationRow | None:
         """The newest generation, finished or not; None in a run that has not begun."""
-        row = self._db.execute(f"SELECT {_GENERATION} ORDER BY number DESC LIMIT 1").fetchone()
-        return GenerationRow(*row) if row else None
+        rows = self.rows("generation", "ORDER BY number DESC LIMIT 1")
+        return _generation(rows[0]) if rows else None
 
     def algorithm_state(self, generation: int) -> bytes:
         """The algorithm's state that a generation began with."""
-        row = self._db.execute("SELECT algorithm_state FROM generation WHERE number = ?", (generation,)).fetchone()
-        return bytes(row[0])
+        row = self.one("SELECT algorithm_state, state_checksum FROM generation WHERE number = ?", generation)
+        state, checksum = bytes(row[0]), row[1]
+        if self._checked and checksum is not None and zlib.crc32(state) != checksum:
+            raise self.damaged(f"the algorithm's state of generation {generation} is not as it was written")
+        return state
 
     def individuals(self, generation: int) -> list[IndividualRow]:
         """A generation's individuals in order."""
-        rows = self._db.execute(f"SELECT {_INDIVIDUAL} WHERE generation = ? ORDER BY number", (generation,))
-        return [IndividualRow(*row) for row in rows]
+        return [
+            IndividualRow(*row) for row in self.rows("individual", "WHERE generation = ? ORDER BY number", generation)
+        ]
 
     def fitness(self, generation: int) -> NDArray[np.float64]:
         """Fitness of a finished generation's individuals in order, shape ``(population,)``."""
-        rows = self._db.execute("SELECT fitness FROM individual WHERE generation = ? ORDER BY number", (generation,))
-        return np.array([row[0] for row in rows], np.float64)
+        return np.array([row.fitness for row in self.individuals(generation)], np.float64)
 
     def individual(self, identity: int) -> IndividualRow:
         """One individual by its id.
@@ -141,32 +151,43 @@ class JournalReader:
         Raises:
             NotARun: the run has no such individual.
         """
-        row = self._db.execute(f"SELECT {_INDIVIDUAL} WHERE id = ?", (identity,)).fetchone()
-        if row is None:
-            last = self._db.execute("SELECT coalesce(max(id), 0) FROM individual").fetchone()[0]
+        rows = self.rows("individual", "WHERE id = ?", _within_64_bits(identity))
+        if not rows:
+            last = self.one("SELECT coalesce(max(id), 0) FROM individual")[0]
             raise NotARun(
                 f"{self.directory} has no individual {identity}.", f"Individuals are numbered from 1 to {last}."
             )
-        return IndividualRow(*row)
+        return IndividualRow(*rows[0])
 
     def champion(self) -> IndividualRow | None:
         """The best individual of the last finished generation; the first of equals. None before there is one."""
-        row = self._db.execute(
-            f"SELECT {_INDIVIDUAL} WHERE generation = (SELECT max(number) FROM generation WHERE finished_at IS NOT "
-            "NULL) ORDER BY fitness DESC, number LIMIT 1"
-        ).fetchone()
-        return IndividualRow(*row) if row else None
+        return self._best_of("SELECT max(number) FROM generation WHERE finished_at IS NOT NULL")
 
     def best_ever(self) -> IndividualRow | None:
         """The best individual of all finished generations; the first of equals. None before there is one."""
-        row = self._db.execute(
-            f"SELECT {_INDIVIDUAL} WHERE fitness IS NOT NULL ORDER BY fitness DESC, generation, number LIMIT 1"
-        ).fetchone()
-        return IndividualRow(*row) if row else None
+        best = "WHERE finished_at IS NOT NULL ORDER BY best_fitness DESC, number LIMIT 1"
+        return self._best_of(f"SELECT (SELECT number FROM generation {best})")
+
+    def _best_of(self, generation: str) -> IndividualRow | None:
+        number = self.one(generation)[0]
+        if number is None:
+            return None
+        rows = self.rows("individual", "WHERE generation = ? ORDER BY fitness DESC, number LIMIT 1", number)
+        if not rows:
+            raise self.damaged(f"generation {number} has no individuals")
+        return IndividualRow(*rows[0])
+
+    # -- attempts -----------------------------------------------------------------------------------------------------
 
     def attempts(self, generation: int) -> list[AttemptRow]:
         """A generation's attempts in the order of their ids."""
-        return list(self._attempts("WHERE generation = ? ORDER BY id", generation))
+        if self._schema < SCHEMA_VERSION:
+            return self._attempts("WHERE generation = ? ORDER BY id", generation)
+        before = self.one("SELECT max(last_attempt) FROM generation WHERE number < ?", generation)[0]
+        last = self.one("SELECT max(last_attempt) FROM generation WHERE number = ?", generation)[0]
+        return self._attempts(
+            "WHERE id > ? AND id <= ? AND generation = ? ORDER BY id", before or 0, last or 2**62, generation
+        )
 
     def attempt(self, identity: int) -> AttemptRow:
         """One attempt by its id.
@@ -174,11 +195,48 @@ class JournalReader:
         Raises:
             NotARun: the run has no such trial.
         """
-        for row in self._attempts("WHERE id = ?", identity):
-            return row
+        found = self._attempts("WHERE id = ?", _within_64_bits(identity))
+        if found:
+            return found[0]
         last = self.count_attempts()
         known = f"Trials are numbered from 1 to {last}." if last else "It has no trials yet."
         raise NotARun(f"{self.directory} has no trial {identity}.", known)
+
+    def attempts_of_kind(self, kind: AttemptKind) -> list[AttemptRow]:
+        """All attempts of a kind other than evolution in the order of their ids."""
+        return self._attempts("WHERE kind = ? AND kind <> 'evolution' ORDER BY id", kind.value)
+
+    def attempts_of_measurement(self, measurement: int) -> list[AttemptRow]:
+        """A measurement's attempts in the order of their ids."""
+        return self._attempts(
+            "WHERE kind = 'measurement' AND kind <> 'evolution' AND measurement = ? ORDER BY id", measurement
+        )
+
+    def attempts_of_genome(self, genome: str, before_generation: int) -> list[AttemptRow]:
+        """Counted attempts of a genome (hexadecimal) in generations before one, in the order of their ids."""
+        return self._attempts(
+            "WHERE fitness IS NOT NULL AND (generation, individual) IN (SELECT generation, number FROM individual "
+            "WHERE genome = ? AND generation < ?) ORDER BY id",
+            genome,
+            before_generation,
+        )
+
+    def all_attempts(self) -> Iterator[list[AttemptRow]]:
+        """All attempts of all kinds in the order of their ids, some thousands at a time."""
+        for rows in self.all_rows("attempt", "id"):
+            with understood(self.path):
+                yield attempt_rows(rows, self.starts())
+
+    def attempts_since_reference(self) -> int:
+        """Attempts of evolution that ended since the newest run of the reference genome, in all sessions."""
+        newest = self.one("SELECT coalesce(max(id), 0) FROM attempt WHERE kind = 'reference' AND kind <> 'evolution'")[
+            0
+        ]
+        return int(self.one("SELECT count(end_reason) FROM attempt WHERE id > ? AND kind = 'evolution'", newest)[0])
+
+    def count_attempts(self) -> int:
+        """The highest attempt id so far."""
+        return int(self.one("SELECT coalesce(max(id), 0) FROM attempt")[0])
 
     def measured(self, attempt: int) -> tuple[NDArray[np.uint16], NDArray[np.float32]] | None:
         """What a real robot sent in one attempt.
@@ -188,131 +246,144 @@ class JournalReader:
             no columns where nobody knows them. None if nothing was kept: a simulated robot can repeat the trial, and
             of a trial that a host's crash cut off only the result may be known.
         """
-        row = self._db.execute("SELECT format, data FROM trace WHERE attempt = ?", (attempt,)).fetchone()
-        return unpack_measured(row[0], row[1]) if row else None
+        rows = self.rows("trace", "WHERE attempt = ?", attempt)
+        with understood(self.path):
+            try:
+                return unpack_measured(rows[0][1], rows[0][2]) if rows else None
+            except zlib.error as error:
+                raise ValueError(f"the sensors of trial {attempt}: {error}") from error
 
-    def count_attempts(self) -> int:
-        """The highest attempt id so far."""
-        return int(self._db.execute("SELECT coalesce(max(id), 0) FROM attempt").fetchone()[0])
-
-    def attempts_of_genome(self, genome: str, before_generation: int) -> list[AttemptRow]:
-        """Counted attempts of a genome (hexadecimal) in generations before one, in the order of their ids."""
-        return list(
-            self._attempts(
-                "WHERE fitness IS NOT NULL AND (generation, individual) IN (SELECT generation, number FROM individual "
-                "WHERE genome = ? AND generation < ?) ORDER BY id",
-                genome,
-                before_generation,
-            )
-        )
-
-    def attempts_of_kind(self, kind: AttemptKind) -> list[AttemptRow]:
-        """All attempts of a kind other than evolution in the order of their ids."""
-        return list(self._attempts("WHERE kind = ? AND kind <> 'evolution' ORDER BY id", kind.value))
+    # -- sessions, measurements, events -----------------------------------------------------------------------------
 
     def sessions(self) -> list[SessionRow]:
         """All processes that worked on the run in order."""
-        rows = self._db.execute(
-            "SELECT id, started_at, robot, operators, wall_s, paused_s, versions, body FROM session ORDER BY id"
-        )
-        return [
-            SessionRow(identity, started_at, robot, operators, wall_s, paused_s, json.loads(versions), body)
-            for identity, started_at, robot, operators, wall_s, paused_s, versions, body in rows
-        ]
+        with understood(self.path):
+            return [_session(dict(zip(columns_of("session"), row, strict=True))) for row in self.rows("session")]
 
     def measurements(self) -> list[MeasurementRow]:
         """All measurements outside evolution in order."""
-        rows = self._db.execute(
-            "SELECT id, kind, begun_at, finished_at, robot, config, plan FROM measurement ORDER BY id"
-        )
-        return [MeasurementRow(*row) for row in rows]
-
-    def attempts_of_measurement(self, measurement: int) -> list[AttemptRow]:
-        """A measurement's attempts in the order of their ids."""
-        return list(
-            self._attempts(
-                "WHERE kind = 'measurement' AND kind <> 'evolution' AND measurement = ? ORDER BY id", measurement
-            )
-        )
-
-    def attempts_since_reference(self) -> int:
-        """Attempts of evolution that ended since the newest run of the reference genome, in all sessions."""
-        newest = self._db.execute(
-            "SELECT coalesce(max(id), 0) FROM attempt WHERE kind = 'reference' AND kind <> 'evolution'"
-        ).fetchone()[0]
-        return int(
-            self._db.execute(
-                "SELECT count(end_reason) FROM attempt WHERE id > ? AND kind = 'evolution'", (newest,)
-            ).fetchone()[0]
-        )
+        return [MeasurementRow(*row) for row in self.rows("measurement", "ORDER BY id")]
 
     def spent(self, robot: str | None = None) -> SpentRow:
         """What the run has used up so far.
 
         Args:
-            robot: only what was done with a robot of this name, or in a session that is not known.
+            robot: only what was done with a robot of this name.
         """
+        sessions = [row for row in self.rows("session") if robot in (None, row[2])]
+        wall_s, attempts, ended, robot_s = (sum(row[column] for row in sessions) for column in (5, 7, 8, 9))
         mine = "(?1 IS NULL OR session IS NULL OR session IN (SELECT id FROM session WHERE robot = ?1))"
-        robot_s, trials, ended = self._db.execute(
-            f"SELECT coalesce(sum(robot_s), 0), count(*), count(end_reason) FROM attempt WHERE {mine}", (robot,)
-        ).fetchone()
-        wall_s = self._db.execute(
-            "SELECT coalesce(sum(wall_s), 0) FROM session WHERE ?1 IS NULL OR robot = ?1", (robot,)
-        ).fetchone()[0]
-        charges = self._db.execute(
+        charges = self.one(
             "SELECT coalesce(sum(max(0, drop_)), 0) FROM (SELECT lag(battery) OVER (ORDER BY id) - battery AS drop_ "
             f"FROM attempt WHERE battery IS NOT NULL AND {mine})",
-            (robot,),
-        ).fetchone()[0]
-        return SpentRow(robot_s, wall_s, trials, trials - ended, charges)
+            robot,
+        )[0]
+        return SpentRow(float(robot_s), float(wall_s), attempts, attempts - ended, charges)
 
     def costs(self) -> list[tuple[int, int, float, float]]:
         """(generation, attempts that ended, their robot time, their operators' time) of all generations, in order."""
-        return self._db.execute(
-            "SELECT generation, count(*), sum(robot_s), coalesce(sum(operator_s), 0) FROM attempt "
-            "WHERE generation IS NOT NULL AND robot_s IS NOT NULL GROUP BY generation ORDER BY generation"
-        ).fetchall()
+        costs = [
+            (row.number, row.attempts or 0, row.robot_s or 0.0, row.operator_s or 0.0)
+            for row in self.generations(finished=True)
+        ]
+        newest = self.last_generation()
+        if newest is not None and newest.finished_at is None:
+            ended = [row for row in self.attempts(newest.number) if row.robot_s is not None]
+            operator_s = sum(row.operator_s or 0.0 for row in ended)
+            costs.append((newest.number, len(ended), sum(row.robot_s or 0.0 for row in ended), operator_s))
+        return [cost for cost in costs if cost[1]]
 
     def operator_s(self) -> float:
         """What a person needed at the prompts of all attempts."""
-        return float(self._db.execute("SELECT coalesce(sum(operator_s), 0) FROM attempt").fetchone()[0])
+        return float(sum(row[10] for row in self.rows("session")))
 
     def limits(self, robot: str | None = None) -> dict[str, float | None] | None:
         """The budgets of the newest session (with a robot of this name); None before there is one."""
-        row = self._db.execute(
-            "SELECT limits FROM session WHERE ?1 IS NULL OR robot = ?1 ORDER BY id DESC LIMIT 1", (robot,)
-        ).fetchone()
-        return None if row is None else json.loads(row[0])
+        rows = self.rows("session", "WHERE ?1 IS NULL OR robot = ?1 ORDER BY id DESC LIMIT 1", robot)
+        with understood(self.path):
+            return json.loads(rows[0][4]) if rows else None
 
     def events(self) -> list[tuple[str, int | None, str, str]]:
         """(time, generation, kind, message) of all events in order."""
-        return self._db.execute("SELECT at, generation, kind, message FROM event ORDER BY id").fetchall()
+        return [row[1:] for row in self.rows("event", "ORDER BY id")]
 
-    def _attempts(self, where: str, *values: int | str) -> Iterator[AttemptRow]:
-        for row in self._db.execute(f"SELECT {_ATTEMPT} {where}", values):
-            yield AttemptRow(
-                id=row[0],
-                kind=AttemptKind(row[1]),
-                session=row[2],
-                generation=row[3],
-                individual=row[4],
-                trial=row[5],
-                attempt=row[6],
-                genome=row[7],
-                start=tuple(json.loads(row[8])),
-                noise_key=int(row[9] or "0", 16),
-                end_reason=None if row[10] is None else EndReason[row[10].upper()],
-                steps=row[11],
-                value=row[12],
-                state_hash=row[13],
-                final_state=None if row[14] is None else tuple(json.loads(row[14])),
-                robot_s=row[15],
-                fitness=row[16],
-                operator_s=row[17],
-                battery=row[18],
-                note=row[19],
-                measurement=row[20],
-            )
+    # -- rows as they stand --------------------------------------------------------------------------------------------
+
+    def rows(self, table: str, where: str = "", *values: Any) -> list[tuple[Any, ...]]:
+        """Rows of a table, `columns_of` it, each compared with its checksum."""
+        columns = columns_of(table)
+        with understood(self.path):
+            question = f"SELECT {', '.join(columns)}, checksum FROM {table} {where}"
+            rows = self._db.execute(question, values).fetchall()
+        if self._checked and self._schema == SCHEMA_VERSION:
+            self._compare(table, rows)
+        return [row[:-1] for row in rows]
+
+    def all_rows(self, table: str, key: str) -> Iterator[list[tuple[Any, ...]]]:
+        """All rows of a table in the order of its key, some thousands at a time."""
+        last = -1
+        while rows := self.rows(table, f"WHERE {key} > ? ORDER BY {key} LIMIT {_ROWS_AT_ONCE}", last):
+            yield rows
+            last = rows[-1][0]
+
+    def one(self, question: str, *values: Any) -> tuple[Any, ...]:
+        """The answer to a question that has one row."""
+        with understood(self.path):
+            row = self._db.execute(question, values).fetchone()
+        if row is None:
+            raise self.damaged("a row is missing")
+        return tuple(row)
+
+    def damaged(self, what: str) -> RunIsDamaged:
+        """An error that says where."""
+        return RunIsDamaged(f"{self.path} is damaged: {what}.", way_out_of_damage(self.path))
+
+    def _compare(self, table: str, rows: list[tuple[Any, ...]]) -> None:
+        with understood(self.path):
+            wrong = first_wrong(rows) if rows else None
+        if wrong is not None:
+            raise self.damaged(f"{_place(table, wrong)} is not as it was written")
+
+    def _attempts(self, where: str, *values: Any) -> list[AttemptRow]:
+        rows = self.rows("attempt", where, *values)
+        with understood(self.path):
+            if len(rows) == 1 and self._schema == SCHEMA_VERSION:
+                start = self.rows("start", "WHERE id = ?", rows[0][9])
+                return [attempt_row(rows[0], {row[0]: tuple(json.loads(row[1])) for row in start})]
+            return attempt_rows(rows, self.starts())
+
+    def starts(self) -> dict[int, tuple[float, ...]]:
+        """Start values by their id."""
+        return {row[0]: tuple(json.loads(row[1])) for row in self.rows("start")}
+
+
+def _generation(row: tuple[Any, ...]) -> GenerationRow:
+    return GenerationRow(row[0], *row[4:13])
+
+
+def _session(row: dict[str, Any]) -> SessionRow:
+    row["versions"] = json.loads(row["versions"])
+    return SessionRow(**{field.name: row[field.name] for field in fields(SessionRow)})
+
+
+def _place(table: str, row: tuple[Any, ...]) -> str:
+    names = dict(zip(columns_of(table), row, strict=False))
+    match table:
+        case "attempt":
+            of = "" if names["generation"] is None else f" of generation {names['generation']}"
+            return f"trial {names['id']}{of}"
+        case "individual":
+            return f"individual {names['id']} of generation {names['generation']}"
+        case "trace":
+            return f"what the robot sent in trial {names['attempt']}"
+        case "run":
+            return "the run itself (name, configuration, versions)"
+        case _:
+            return f"{table} {row[0]}"
+
+
+def _within_64_bits(number: int) -> int:
+    return number if -(2**63) <= number < 2**63 else -1
 
 
 def trial_arrays(attempts: list[AttemptRow]) -> tuple[NDArray[np.float64], NDArray[np.uint64], NDArray[np.int64]]:

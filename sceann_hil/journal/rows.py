@@ -29,7 +29,9 @@ class GenerationRow:
     number: int
     finished_at: str | None
     wall_s: float | None
+    attempts: int | None
     robot_s: float | None
+    operator_s: float | None
     best_fitness: float | None
     mean_fitness: float | None
     worst_fitness: float | None
@@ -38,13 +40,14 @@ class GenerationRow:
 
 @dataclass(frozen=True, slots=True)
 class IndividualRow:
-    """One individual; `genome` is hexadecimal, see `genome_bits`."""
+    """One individual; `genome` is hexadecimal, see `genome_bits`; `ancestor` is its parent in another run."""
 
     id: int
     generation: int
     number: int
     genome: str
     parent: int | None
+    ancestor: int | None
     structure: str | None
     fitness: float | None
 

@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import fields
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 from sceann_hil.errors import RunExists
-from sceann_hil.journal import AttemptRow, GenerationRow, IndividualRow, JournalReader
+from sceann_hil.journal.reader import JournalReader
+from sceann_hil.journal.rows import AttemptRow, GenerationRow, IndividualRow
+from sceann_hil.journal.schema import SCHEMA_VERSION, columns_of
+
+_OF_TABLE = {"start": "start", "own_genome": "genome"}
+_TRIAL_COLUMNS = [_OF_TABLE.get(name, name) for name in columns_of("attempt") if not name.endswith("_at")]
 
 
 def export_csv(reader: JournalReader, folder: Path) -> list[Path]:
-    """Write ``generations.csv``, ``individuals.csv`` and ``trials.csv``.
+    """Write ``generations.csv``, ``individuals.csv`` and ``trials.csv``; all of them, or none.
 
     Args:
         reader: the run's journal.
@@ -23,25 +30,70 @@ def export_csv(reader: JournalReader, folder: Path) -> list[Path]:
 
     Raises:
         RunExists: one of them is there already.
+        RunIsDamaged: a row is not as it was written.
     """
     generations = reader.generations()
-    tables: dict[str, tuple[type, Iterable[object]]] = {
-        "generations": (GenerationRow, generations),
-        "individuals": (IndividualRow, (row for g in generations for row in reader.individuals(g.number))),
-        "trials": (AttemptRow, (row for g in generations for row in reader.attempts(g.number))),
+    individuals = (row for generation in generations for row in reader.individuals(generation.number))
+    tables: dict[str, tuple[list[str], Iterable[Iterable[object]]]] = {
+        "generations": (_names(GenerationRow), map(_cells, generations)),
+        "individuals": (_names(IndividualRow), map(_cells, individuals)),
+        "trials": (_TRIAL_COLUMNS, _trials(reader)),
     }
     paths = {name: folder / f"{name}.csv" for name in tables}
     for path in paths.values():
         if path.exists():
             raise RunExists(f"{path} exists already; nothing was overwritten.", "Choose another --out.")
     folder.mkdir(parents=True, exist_ok=True)
-    for name, (kind, rows) in tables.items():
-        columns = [field.name for field in fields(kind)]
-        with paths[name].open("x", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow(columns)
-            writer.writerows([_cell(getattr(row, column)) for column in columns] for row in rows)
+    making = {name: folder / f".{name}.csv.new" for name in tables}
+    try:
+        for name, (columns, rows) in tables.items():
+            with making[name].open("w", newline="", encoding="utf-8") as file:
+                writer = csv.writer(file)
+                writer.writerow(columns)
+                writer.writerows(rows)
+        for name, path in paths.items():
+            making[name].rename(path)
+    finally:
+        for path in making.values():
+            path.unlink(missing_ok=True)
     return list(paths.values())
+
+
+def _trials(reader: JournalReader) -> Iterator[Iterable[object]]:
+    """Rows of the table as they are, without objects in between: there may be millions."""
+    if reader.schema_version < SCHEMA_VERSION:
+        for generation in reader.generations():
+            yield from map(_attempt_cells, reader.attempts(generation.number))
+        return
+    starts = reader.starts()
+    columns = columns_of("attempt")
+    start, key, state = columns.index("start"), columns.index("noise_key"), columns.index("final_state")
+    kept = [place for place, name in enumerate(columns) if not name.endswith("_at")]
+
+    @cache
+    def start_text(identity: int) -> str:
+        return " ".join(map(repr, starts[identity]))
+
+    for rows in reader.all_rows("attempt", "id"):
+        for row in rows:
+            cells = list(row)
+            cells[start] = start_text(row[start])
+            cells[key] = row[key] & 0xFFFFFFFFFFFFFFFF
+            if row[state] is not None:
+                cells[state] = row[state][1:-1].replace(",", " ")
+            yield [cells[place] for place in kept]
+
+
+def _attempt_cells(row: AttemptRow) -> list[object]:
+    return [_cell(getattr(row, name)) for name in _TRIAL_COLUMNS]
+
+
+def _names(kind: type) -> list[str]:
+    return [field.name for field in fields(kind)]
+
+
+def _cells(row: Any) -> list[object]:
+    return [_cell(getattr(row, name)) for name in _names(type(row))]
 
 
 def _cell(value: object) -> object:

@@ -3,25 +3,42 @@
 from __future__ import annotations
 
 import json
-import sqlite3
 import time
 from collections.abc import Sequence
-from datetime import UTC, datetime
 from pathlib import Path
-from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.errors import RunExists
+from sceann_hil.errors import OtherVersions
+from sceann_hil.journal import schema1
+from sceann_hil.journal.attempts import final_state_texts
+from sceann_hil.journal.checksums import Column, row_checksums
+from sceann_hil.journal.database import as_ours, open_database
 from sceann_hil.journal.entries import NOTHING_SPECIAL, AttemptKind, Circumstances, FirstGeneration, Slots
+from sceann_hil.journal.insertion import (
+    insert_generation,
+    insert_row,
+    milliseconds,
+    now_text,
+    readable,
+    rewrite_digests,
+    update_checksums,
+)
+from sceann_hil.journal.making import is_unborn, make_journal
 from sceann_hil.journal.measured import pack_measured
-from sceann_hil.journal.reader import JournalReader, open_database
-from sceann_hil.journal.schema import APPLICATION_ID, JOURNAL_NAME, SCHEMA, SCHEMA_VERSION, UNBORN_NAME
-from sceann_hil.network.coding import Bits, genome_to_hex
+from sceann_hil.journal.reader import KIND, JournalReader, journal_path
+from sceann_hil.journal.schema import SCHEMA_VERSION, columns_of
+from sceann_hil.journal.seal import Sealer
+from sceann_hil.journal.transactions import Transactions
+from sceann_hil.journal.verify import require_sound
+from sceann_hil.network.coding import Bits
 from sceann_hil.robot import EndReason, Results
-from sceann_hil.versions import running_versions
+from sceann_hil.versions import running_versions, version_differences
+
+_INTENT = columns_of("attempt")[:12]
+_NOT_YET: tuple[Column, ...] = (None,) * (len(columns_of("attempt")) - len(_INTENT))
 
 
 class Journal:
@@ -31,18 +48,34 @@ class Journal:
 
     Attributes:
         reader: the reading side, over the same connection.
+        accept_other_versions: a session may run on other versions, or another body, than the one before.
     """
 
+    accept_other_versions = False
+
     def __init__(self, directory: Path) -> None:
-        """Open an existing journal.
+        """Open an existing journal, once nothing in it is damaged; one of schema 1 is brought up to date.
 
         Raises:
-            NotARun, RunIsNewer, RunIsDamaged: see `open_database`.
+            NotARun, RunIsNewer, RunIsDamaged, CannotRead, CannotWrite: see `open_database` and `require_sound`.
         """
-        self._db = open_database(directory, write=True)
+        path = journal_path(directory)
+        require_sound(directory)
+        self._db, version = open_database(KIND, path, write=True)
+        try:
+            if version < SCHEMA_VERSION:
+                with as_ours(path):
+                    schema1.bring_up_to_date(self._db)
+            self._transaction = Transactions(self._db, path, Sealer(path))
+        except BaseException:
+            self._db.close()
+            raise
         self.reader = JournalReader(directory, self._db)
-        self._session: int | None = None
+        self._session: dict[str, Any] | None = None
         self._session_began_s = time.monotonic()
+        self._starts: dict[bytes, int] = {}
+        self._fresh: tuple[NDArray[np.int64], list[Column]] | None = None
+        """Ids and columns of the newest intents, while nothing else was written to them."""
 
     @classmethod
     def create(
@@ -70,31 +103,11 @@ class Journal:
         Raises:
             RunExists: there is a journal already.
         """
-        path = directory / JOURNAL_NAME
-        if path.exists():
-            raise RunExists(f"{directory} already holds a run.", "Choose another --out, or `sceann resume` this run.")
-        # the file gets its name only when it is whole: a process killed here leaves no half-made run
-        for leftover in filter(cls.is_unborn, directory.iterdir()):
-            leftover.unlink()
-        making = directory / UNBORN_NAME
-        db = sqlite3.connect(making, isolation_level=None)
-        db.executescript(f"BEGIN; {SCHEMA} PRAGMA application_id = {APPLICATION_ID};")
-        db.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
-        db.execute(
-            "INSERT INTO run VALUES (1, ?, ?, ?, ?, ?, ?)",
-            (name, _now(), root_seed, config, json.dumps(versions), parent_run),
-        )
-        if first is not None:
-            _insert_generation(db, 0, first.state, first.genomes, first.parents, first.structures)
-        db.execute("COMMIT")
-        db.close()
-        making.rename(path)
+        row = (readable(name), now_text(), root_seed, config, json.dumps(versions), parent_run)
+        make_journal(directory, row, first)
         return cls(directory)
 
-    @staticmethod
-    def is_unborn(path: Path) -> bool:
-        """True for a file that `create` leaves behind if it is killed; it holds nothing."""
-        return path.name.startswith(UNBORN_NAME)
+    is_unborn = staticmethod(is_unborn)
 
     def begin_generation(
         self,
@@ -113,8 +126,8 @@ class Journal:
             parents: ids of the parents.
             structures: what the algorithm keeps of each besides the bits.
         """
-        with self._transaction():
-            _insert_generation(self._db, number, state, genomes, parents, structures)
+        with self._transaction:
+            insert_generation(self._db, number, state, genomes, parents, None, structures)
 
     def intend(
         self,
@@ -140,83 +153,28 @@ class Journal:
         Returns:
             The attempts' ids, int64, shape ``(n,)``: consecutive, in the order given.
         """
-        now = _now()
-        with self._transaction():
-            first = int(self._db.execute("SELECT coalesce(max(id), 0) + 1 FROM attempt").fetchone()[0])
-            no_genomes: list[str | None] = [None] * len(slots)
-            ids = np.arange(first, first + len(slots), dtype=np.int64)
+        n, session = len(slots), None if self._session is None else self._session["id"]
+        with self._transaction:
+            first = self.reader.count_attempts() + 1
+            ids = np.arange(first, first + n, dtype=np.int64)
+            start_ids = self._start_ids(starts)
+            known: list[Column] = [
+                *(ids, kind.value, session, measurement, generation, slots.individual, slots.trial, slots.attempt),
+                *(
+                    genomes,
+                    np.array(start_ids, np.int64),
+                    keys.astype(np.uint64, copy=False).view(np.int64),
+                    milliseconds(),
+                ),
+            ]
+            checksums = row_checksums([*known, *_NOT_YET], n)
             self._db.executemany(
-                "INSERT INTO attempt (id, kind, session, measurement, generation, individual, trial, attempt, "
-                "own_genome, start, noise_key, intent_at) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
-                [
-                    (
-                        *(identity, kind.value, self._session, measurement, generation, i, t, a, genome),
-                        json.dumps(start),
-                        *(f"{key:016x}", now),
-                    )
-                    for identity, i, t, a, genome, start, key in zip(
-                        ids.tolist(),
-                        slots.individual.tolist(),
-                        slots.trial.tolist(),
-                        slots.attempt.tolist(),
-                        genomes or no_genomes,
-                        starts.tolist(),
-                        keys.tolist(),
-                        strict=True,
-                    )
-                ],
+                f"INSERT INTO attempt ({', '.join(_INTENT)}, checksum) VALUES ({'?, ' * len(_INTENT)}?)",
+                zip(*(_listed(column, n) for column in known), checksums, strict=True),
             )
+            self._add_to_session(attempts=n)
+        self._fresh = ids, known
         return ids
-
-    def begin_measurement(self, kind: str, robot: str, config: str, plan: str) -> int:
-        """Genomes are about to be run on a robot outside evolution.
-
-        Args:
-            kind: what for, in a word.
-            robot: its name.
-            config: YAML: the configuration that the measurement is made with.
-            plan: JSON: what was asked for.
-
-        Returns:
-            The measurement's id.
-        """
-        with self._transaction():
-            inserted = self._db.execute(
-                "INSERT INTO measurement (kind, begun_at, robot, config, plan) VALUES (?, ?, ?, ?, ?) RETURNING id",
-                (kind, _now(), robot, config, plan),
-            )
-            return int(inserted.fetchone()[0])
-
-    def finish_measurement(self, identity: int) -> None:
-        """All trials of a measurement are counted."""
-        with self._transaction():
-            self._db.execute("UPDATE measurement SET finished_at = ? WHERE id = ?", (_now(), identity))
-
-    def begin_session(
-        self,
-        robot: str,
-        operators: str,
-        limits: dict[str, float | None],
-        versions: dict[str, str] | None = None,
-        body: str | None = None,
-    ) -> None:
-        """This process begins to work on the run.
-
-        Args:
-            robot: name of the robot.
-            operators: who stands beside it.
-            limits: budgets in force.
-            versions: what it runs on; by default what this process runs on.
-            body: fingerprint of the simulated body's code; None where there is none.
-        """
-        self._session_began_s = time.monotonic()
-        with self._transaction():
-            inserted = self._db.execute(
-                "INSERT INTO session (started_at, robot, operators, limits, wall_s, paused_s, versions, body) "
-                "VALUES (?, ?, ?, ?, 0, 0, ?, ?) RETURNING id",
-                (_now(), robot, operators, json.dumps(limits), json.dumps(versions or running_versions()), body),
-            )
-            self._session = int(inserted.fetchone()[0])
 
     def record(
         self,
@@ -235,119 +193,206 @@ class Journal:
 
         Traces in the results are kept too: a robot that delivers them with `run` cannot be asked for them later.
         """
-        now, about = _now(), (circumstances.operator_s, circumstances.battery_fraction, circumstances.note)
-        reasons = [EndReason(r) for r in results.end_reasons.tolist()]
-        with self._transaction():
+        n, said = len(ids), None if circumstances.note is None else readable(circumstances.note)
+        codes = results.end_reasons.tolist()
+        names = {code: EndReason(code).name.lower() for code in set(codes)}
+        void = [code for code in names if EndReason(code).is_void]
+        is_void = np.isin(results.end_reasons, void) if void else None
+        known, notes = self._intents(ids)
+        learned: list[Column] = [
+            *(milliseconds(), [names[code] for code in codes], results.steps, _unless(is_void, results.values)),
+            *(results.hashes, final_state_texts(results.final_states), results.durations_s, _unless(is_void, fitness)),
+            *(circumstances.operator_s, circumstances.battery_fraction),
+            [_joined(note, said) for note in notes] if notes is not None else said,
+        ]
+        checksums = row_checksums([*known, *learned], n)
+        names_of = columns_of("attempt")[len(_INTENT) :]
+        with self._transaction:
             self._db.executemany(
-                "UPDATE attempt SET ended_at = ?, end_reason = ?, steps = ?, value = ?, state_hash = ?, "
-                "final_state = ?, robot_s = ?, fitness = ?, operator_s = ?, battery = ?, "
-                # what was said of it while it ran is there already
-                "note = coalesce(note || '; ' || ?11, ?11, note) WHERE id = ?12",
-                [
-                    (now, reason.name.lower(), steps, value, crc, json.dumps(final), robot_s, worth, *about, identity)
-                    for reason, steps, value, crc, final, robot_s, worth, identity in zip(
-                        reasons,
-                        results.steps.tolist(),
-                        [None] * len(ids) if results.values is None else _unless_void(reasons, results.values),
-                        results.hashes.tolist(),
-                        results.final_states.tolist(),
-                        results.durations_s.tolist(),
-                        _unless_void(reasons, fitness),
-                        ids.tolist(),
-                        strict=True,
-                    )
-                ],
+                f"UPDATE attempt SET {', '.join(f'{name} = ?' for name in names_of)}, checksum = ? WHERE id = ?",
+                zip(*(_listed(column, n) for column in learned), checksums, ids.tolist(), strict=True),
             )
-            self._db.execute(
-                "UPDATE session SET wall_s = ?, paused_s = ? WHERE id = ?",
-                (time.monotonic() - self._session_began_s, circumstances.paused_s, self._session),
+            self._add_to_session(
+                ended=n,
+                robot_s=float(results.durations_s.sum()),
+                operator_s=n * (circumstances.operator_s or 0.0),
+                paused_s=circumstances.paused_s,
             )
-            if results.traces is not None:
-                self._db.executemany(
-                    "INSERT INTO trace (attempt, format, data) VALUES (?, ?, ?)",
-                    [
-                        (identity, *pack_measured(trace))
-                        for identity, trace in zip(ids.tolist(), results.traces, strict=True)
-                    ],
-                )
+            for identity, trace in zip(ids.tolist(), results.traces or (), strict=results.traces is not None):
+                insert_row(self._db, "trace", (identity, *pack_measured(trace)))
 
     def annotate(self, attempt: int, words: str) -> None:
         """Add an operator's words to an attempt."""
-        with self._transaction():
-            self._db.execute(
-                "UPDATE attempt SET note = CASE WHEN note IS NULL THEN ?1 ELSE note || '; ' || ?1 END WHERE id = ?2",
-                (words, attempt),
-            )
+        self._fresh = None
+        with self._transaction:
+            (row,) = self.reader.rows("attempt", "WHERE id = ?", attempt)
+            self._db.execute("UPDATE attempt SET note = ? WHERE id = ?", (_joined(row[-1], readable(words)), attempt))
+            update_checksums(self._db, "attempt", "WHERE id = ?", attempt)
+            rewrite_digests(self._db, since_attempt=attempt)
 
     def finish_generation(self, number: int, fitness: NDArray[np.float64], wall_s: float, success_rate: float) -> None:
         """All trials of a generation are counted; `fitness` has shape ``(population,)``."""
-        with self._transaction():
+        with self._transaction:
             self._db.executemany(
                 "UPDATE individual SET fitness = ? WHERE generation = ? AND number = ?",
                 [(value, number, i) for i, value in enumerate(fitness.tolist())],
             )
-            self._db.execute(
-                "UPDATE generation SET finished_at = ?, wall_s = ?, best_fitness = ?, mean_fitness = ?, "
-                "worst_fitness = ?, success_rate = ?, "
-                "robot_s = (SELECT sum(robot_s) FROM attempt WHERE generation = number) WHERE number = ?",
-                (_now(), wall_s, fitness.max(), fitness.mean(), fitness.min(), success_rate, number),
+            update_checksums(self._db, "individual", "WHERE generation = ?", number)
+            own = (
+                "FROM attempt WHERE id > (SELECT coalesce(max(last_attempt), 0) FROM generation WHERE number < ?1) "
+                "AND generation = ?1 AND end_reason IS NOT NULL"
             )
+            attempts, robot_s, operator_s = self._db.execute(
+                f"SELECT count(*), coalesce(sum(robot_s), 0.0), coalesce(sum(operator_s), 0.0) {own}", (number,)
+            ).fetchone()
+            figures = (now_text(), wall_s, attempts, robot_s, operator_s, fitness.max(), fitness.mean(), fitness.min())
+            self._db.execute(
+                "UPDATE generation SET finished_at = ?, wall_s = ?, attempts = ?, robot_s = ?, operator_s = ?, "
+                "best_fitness = ?, mean_fitness = ?, worst_fitness = ?, success_rate = ?, "
+                "last_attempt = (SELECT coalesce(max(id), 0) FROM attempt) WHERE number = ?",
+                (*figures, success_rate, number),
+            )
+            rewrite_digests(self._db, since_generation=number)
+
+    # -- sessions, measurements, events -----------------------------------------------------------------------------
+
+    def begin_session(
+        self,
+        robot: str,
+        operators: str,
+        limits: dict[str, float | None],
+        versions: dict[str, str] | None = None,
+        body: str | None = None,
+    ) -> None:
+        """This process begins to work on the run.
+
+        Args:
+            robot: name of the robot.
+            operators: who stands beside it.
+            limits: budgets in force.
+            versions: what it runs on; by default what this process runs on.
+            body: fingerprint of the simulated body's code; None where there is none.
+
+        Raises:
+            OtherVersions: the session before ran on others, and nobody has set `accept_other_versions`.
+        """
+        self._session_began_s = time.monotonic()
+        versions = versions or running_versions()
+        self._compare_versions(robot, versions, body)
+        with self._transaction:
+            row = (
+                *(1 + self.reader.one("SELECT coalesce(max(id), 0) FROM session")[0], now_text(), robot, operators),
+                *(json.dumps(limits), 0.0, 0.0, 0, 0, 0.0, 0.0, json.dumps(versions), body),
+            )
+            insert_row(self._db, "session", row)
+        self._session = dict(zip(columns_of("session"), row, strict=True))
+
+    def begin_measurement(self, kind: str, robot: str, config: str, plan: str) -> int:
+        """Genomes are about to be run on a robot outside evolution.
+
+        Args:
+            kind: what for, in a word.
+            robot: its name.
+            config: YAML: the configuration that the measurement is made with.
+            plan: JSON: what was asked for.
+
+        Returns:
+            The measurement's id.
+        """
+        with self._transaction:
+            identity = 1 + int(self.reader.one("SELECT coalesce(max(id), 0) FROM measurement")[0])
+            insert_row(self._db, "measurement", (identity, kind, now_text(), None, robot, config, plan))
+        return identity
+
+    def finish_measurement(self, identity: int) -> None:
+        """All trials of a measurement are counted."""
+        with self._transaction:
+            self._db.execute("UPDATE measurement SET finished_at = ? WHERE id = ?", (now_text(), identity))
+            update_checksums(self._db, "measurement", "WHERE id = ?", identity)
 
     def note(self, kind: str, message: str, generation: int | None = None) -> None:
         """Something worth remembering: started, resumed, stopped, finished."""
-        with self._transaction():
-            self._db.execute(
-                "INSERT INTO event (at, generation, kind, message) VALUES (?, ?, ?, ?)",
-                (_now(), generation, kind, message),
-            )
+        with self._transaction:
+            identity = 1 + self.reader.one("SELECT coalesce(max(id), 0) FROM event")[0]
+            insert_row(self._db, "event", (identity, now_text(), generation, kind, readable(message)))
 
     def close(self) -> None:
-        """Fold the write-ahead log into the file. May be called twice."""
-        self._db.close()
+        """Fold the write-ahead log into the file, and seal it. May be called twice."""
+        self._transaction.close()
 
-    def _transaction(self) -> _Transaction:
-        return _Transaction(self._db)
+    # -- details ----------------------------------------------------------------------------------------------------
+
+    def _compare_versions(self, robot: str, versions: dict[str, str], body: str | None) -> None:
+        sessions = self.reader.sessions()
+        before = sessions[-1] if sessions else None
+        if before is None:
+            return
+        others = version_differences(before.versions, versions)
+        if before.robot == robot and None not in (before.body, body) and before.body != body:
+            others.append(f"simulated body: its code was {before.body} before, is {body} now")
+        if not others:
+            return
+        if not self.accept_other_versions:
+            raise OtherVersions(
+                f"{self.reader.directory} would go on with other versions than those of its session {before.id}: "
+                f"{'; '.join(others)}.",
+                "Go on with the versions of before, or give --accept-versions: then the journal says from which "
+                "session on they are others.",
+            )
+        self.note("versions", f"session {before.id + 1} runs on others than session {before.id}: {'; '.join(others)}")
+
+    def _start_ids(self, starts: NDArray[np.float64]) -> list[int]:
+        raw, width = np.ascontiguousarray(starts, np.float64).tobytes(), 8 * starts.shape[1]
+        if not width:
+            return [self._start_id(b"")] * len(starts)
+        keys = [raw[k : k + width] for k in range(0, len(raw), width)]
+        for key in set(keys).difference(self._starts):
+            self._starts[key] = self._start_id(key)
+        return [self._starts[key] for key in keys]
+
+    def _start_id(self, key: bytes) -> int:
+        text = json.dumps(np.frombuffer(key, np.float64).tolist())
+        known = self._db.execute("SELECT id FROM start WHERE start_values = ?", (text,)).fetchone()
+        if known is not None:
+            return int(known[0])
+        identity = 1 + int(self.reader.one("SELECT coalesce(max(id), 0) FROM start")[0])
+        insert_row(self._db, "start", (identity, text))
+        return identity
+
+    def _intents(self, ids: NDArray[np.int64]) -> tuple[Sequence[Column], list[str | None] | None]:
+        """What the rows of some attempts hold since `intend`, and their notes, None if none of them has any."""
+        fresh, self._fresh = self._fresh, None
+        if fresh is not None and np.array_equal(fresh[0], ids):
+            return fresh[1], None
+        rows = [self.reader.rows("attempt", "WHERE id = ?", identity)[0] for identity in ids.tolist()]
+        columns = [list(column) for column in zip(*rows, strict=True)]
+        return columns[: len(_INTENT)], columns[-1]
+
+    def _add_to_session(self, **more: float) -> None:
+        if self._session is None:
+            return
+        for name, value in more.items():
+            self._session[name] = value if name == "paused_s" else self._session[name] + value
+        if "ended" in more:
+            self._session["wall_s"] = time.monotonic() - self._session_began_s
+        insert_row(self._db, "session", tuple(self._session.values()), replace=True)
 
 
-def _insert_generation(
-    db: sqlite3.Connection,
-    number: int,
-    state: bytes,
-    genomes: Bits,
-    parents: Sequence[int | None],
-    structures: Sequence[str | None],
-) -> None:
-    db.execute("INSERT INTO generation (number, algorithm_state, started_at) VALUES (?, ?, ?)", (number, state, _now()))
-    db.executemany(
-        "INSERT INTO individual (generation, number, genome, parent, structure) VALUES (?, ?, ?, ?, ?)",
-        [
-            (number, i, genome_to_hex(genome), parent, structure)
-            for i, (genome, parent, structure) in enumerate(zip(genomes, parents, structures, strict=True))
-        ],
-    )
+def _listed(column: Column, n: int) -> Sequence[Any]:
+    """A column as Python values, for SQLite."""
+    if isinstance(column, np.ndarray):
+        return column.tolist()  # type: ignore[no-any-return]
+    if column is None or isinstance(column, int | float | str | bytes):
+        return [column] * n
+    return column
 
 
-def _unless_void(reasons: list[EndReason], values: NDArray[np.float64]) -> list[float | None]:
-    return [None if reason.is_void else value for reason, value in zip(reasons, values.tolist(), strict=True)]
+def _unless(is_void: NDArray[np.bool_] | None, values: NDArray[np.float64] | None) -> Column:
+    """Values, and None where an attempt measured nothing."""
+    if values is None or is_void is None:
+        return values
+    return [None if nothing else value for nothing, value in zip(is_void.tolist(), values.tolist(), strict=True)]
 
 
-class _Transaction:
-    """Commit at the end of the block; roll back, whatever was raised, in the middle of it."""
-
-    def __init__(self, db: sqlite3.Connection) -> None:
-        self._db = db
-
-    def __enter__(self) -> None:
-        self._db.execute("BEGIN IMMEDIATE")
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if kind is None:
-            self._db.execute("COMMIT")
-        elif self._db.in_transaction:
-            self._db.execute("ROLLBACK")
-
-
-def _now() -> str:
-    return datetime.now(UTC).isoformat(timespec="milliseconds")
+def _joined(before: str | None, words: str | None) -> str | None:
+    return f"{before}; {words}" if before and words else before or words

@@ -23,6 +23,7 @@ class Task(ABC):
         best_fitness: no trial can be worth more (for the axes of plots, and for racing).
         worst_fitness: no trial can be worth less.
         goal_by_operator: the robot cannot tell that the goal is reached; a person says so.
+        score_by_operator: a person says after a trial how good it was, 0 to 9: that is `Results.values`.
     """
 
     name: str
@@ -31,6 +32,7 @@ class Task(ABC):
     best_fitness: float
     worst_fitness: float = 0.0
     goal_by_operator: bool = False
+    score_by_operator: bool = False
 
     @property
     @abstractmethod

@@ -28,9 +28,10 @@ from sceann_hil.journal import (
     GenerationRow,
     IndividualRow,
     Journal,
-    JournalReader,
     RunLock,
 )
+from sceann_hil.journal.reader import journal_path
+from sceann_hil.journal.salvage import return_to_generation
 from sceann_hil.robot import Robot
 from sceann_hil.run.ancestor import Ancestor
 from sceann_hil.run.breeding import generations
@@ -141,17 +142,25 @@ class Experiment:
         return experiment
 
     @classmethod
-    def open(cls, directory: Path) -> Self:
+    def open(cls, directory: Path, *, accept_other_versions: bool = False, from_generation: int | None = None) -> Self:
         """Go on with a run.
+
+        Args:
+            directory: its folder.
+            accept_other_versions: also on other versions, or with another simulated body, than the session before.
+            from_generation: forget what comes after this generation, damaged or not; the journal of before is kept.
 
         Raises:
             NotARun, RunIsNewer, RunIsDamaged, RunIsLocked: why not.
         """
-        # a folder that is no run gets no lock; and opening an old journal brings it up to date, which takes one
-        JournalReader(directory).close()
+        journal_path(directory)  # a folder that is no run gets no lock
         with ExitStack() as undo:
             lock = undo.enter_context(RunLock(directory))
+            if from_generation is not None:
+                return_to_generation(directory, from_generation)
+                shutil.rmtree(directory / RECORDING_NAME, ignore_errors=True)
             journal = Journal(directory)
+            journal.accept_other_versions = accept_other_versions
             undo.callback(journal.close)
             experiment = cls(directory, lock, journal)
             undo.pop_all()
@@ -231,7 +240,7 @@ class Experiment:
             return False
         self.journal.close()
         shutil.rmtree(self.directory / RECORDING_NAME, ignore_errors=True)
-        own = {CONFIG_NAME, LOCK_NAME, *(f"{JOURNAL_NAME}{end}" for end in ("", "-wal", "-shm"))}
+        own = {CONFIG_NAME, LOCK_NAME, *(f"{JOURNAL_NAME}{end}" for end in ("", "-wal", "-shm", ".seal"))}
         for path in list(self.directory.iterdir()):
             if path.name in own or Journal.is_unborn(path):
                 path.unlink()

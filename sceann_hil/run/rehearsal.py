@@ -85,7 +85,8 @@ def rehearsal(
     real = config.robot
     simulated = body or simulated_body(config)
     attended = real.spec.attended or simulated is real
-    script = ("ready", "accept") if config.operator.confirm else ("ready",)
+    verdict = "accept 5" if config.task.build().score_by_operator else "accept"
+    script = ("ready", verdict) if config.operator.confirm else ("ready",)
     operator = config.operator
     if operator.who != (Who.NONE,):  # a run that asks nobody is rehearsed without anybody
         told = {"who": (Who.SCRIPT,), "script": operator.script or script, "repeat_script": True, "prompt": Prompt.NONE}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -71,17 +71,17 @@ def measured_trace(reader: JournalReader, attempt: int, weights: Weights, phenot
     return Trace(states, sensors, neurons.u, neurons.x)
 
 
-def sessions_of_another_body(reader: JournalReader, robot: Robot, attempts: list[AttemptRow]) -> list[int]:
-    """Numbers of the sessions in which some of these attempts were run with another body than this one.
+def sessions_of_another_body(reader: JournalReader, robot: Robot, sessions: set[int | None]) -> list[int]:
+    """Those of some sessions that had another simulated body than this one.
 
     Args:
         reader: the run's journal.
         robot: that is to run them again.
-        attempts: of any generation.
+        sessions: their numbers.
     """
     now = robot.body_fingerprint()
     others = {row.id for row in reader.sessions() if row.body is not None and row.body != now}
-    return sorted(others & {row.session for row in attempts if row.session is not None})
+    return sorted(others & sessions)
 
 
 def replay(
@@ -111,7 +111,11 @@ def replay(
             raise NotARun(f"trial {row.id} of {reader.directory} has no result to compare with.", "")
     trials = journalled_trials(reader, config, attempts)
     results = trials.completed(robot.run(trials))
-    fitness = config.task.build().fitness(results)
+    task = config.task.build()
+    if task.score_by_operator:
+        # nobody says it again: what is compared is everything else
+        results = replace(results, values=np.array([np.nan if row.value is None else row.value for row in attempts]))
+    fitness = task.fitness(results)
     return [
         [
             Comparison("end reason", row.end_reason, EndReason(results.end_reasons[i])),

@@ -84,7 +84,14 @@ class Todo:
                 yield Block(condition.number, chunk[0], condition.text, tuple(seeds.tolist()))
 
 
-def run_study(study: Study, directory: Path, workers: Workers, observer: Observer | None = None) -> None:
+def run_study(
+    study: Study,
+    directory: Path,
+    workers: Workers,
+    observer: Observer | None = None,
+    *,
+    accept_other_versions: bool = False,
+) -> None:
     """Do what is missing of a study; everything that was done before is kept.
 
     Args:
@@ -92,16 +99,20 @@ def run_study(study: Study, directory: Path, workers: Workers, observer: Observe
         directory: holds the database, or will.
         workers: who computes.
         observer: told how it goes on.
+        accept_other_versions: also on other versions than the session before.
 
     Raises:
         ConfigError: a condition's robot cannot run many trials at once.
         StudyChanged: the folder holds a study with other conditions.
+        OtherVersions: it was begun with other versions.
         RunIsLocked, RunIsNewer, RunIsDamaged, NotARun: the database cannot be used.
         WorkersLost: nobody is left to compute.
     """
     observer = observer or Observer()
     _refuse_physical_robots(study)
-    with StudyStore.begin_or_continue(study, directory, workers.description) as store:
+    with StudyStore.begin_or_continue(
+        study, directory, workers.description, accept_other_versions=accept_other_versions
+    ) as store:
         todo = Todo.of(study, store)
         observer.begin(todo)
         for result in workers.compute(todo.blocks(workers.count)):

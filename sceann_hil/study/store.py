@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sqlite3
 import time
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -15,13 +16,30 @@ from numpy.typing import NDArray
 
 from sceann_hil.config import config_difference, parse_config
 from sceann_hil.config.text import data_difference
-from sceann_hil.errors import NotARun, RunIsDamaged, RunIsNewer, StudyChanged
+from sceann_hil.errors import NotARun, OtherVersions, RunIsDamaged, StudyChanged, way_out_of_damage
 from sceann_hil.journal import RunLock
+from sceann_hil.journal.checksums import first_wrong
+from sceann_hil.journal.database import DatabaseKind, as_ours, open_database, understood
+from sceann_hil.journal.insertion import insert_row
+from sceann_hil.journal.schema import statements
+from sceann_hil.journal.seal import Sealer, is_untouched, seal_path
+from sceann_hil.journal.transactions import Transactions
+from sceann_hil.journal.verify import Verdict, complaints_of_sqlite
 from sceann_hil.study.condition import Condition
 from sceann_hil.study.config import Study
 from sceann_hil.study.lockstep import BlockResult
-from sceann_hil.study.schema import APPLICATION_ID, SCHEMA, SCHEMA_VERSION, STUDY_NAME
-from sceann_hil.versions import running_versions
+from sceann_hil.study.schema import (
+    APPLICATION_ID,
+    AS_TODAY,
+    COLUMNS,
+    SCHEMA,
+    SCHEMA_VERSION,
+    STUDY_NAME,
+    columns_of,
+)
+from sceann_hil.versions import running_versions, version_differences
+
+KIND = DatabaseKind("study", APPLICATION_ID, SCHEMA_VERSION, ("study", "condition", "run", "session"), "sceann study")
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +67,18 @@ class Runs:
 
 
 @dataclass(frozen=True, slots=True)
+class StudySession:
+    """One process that worked on a study, and what it ran on."""
+
+    id: int
+    started_at: str
+    workers: str
+    wall_s: float
+    runs: int
+    versions: dict[str, str]
+
+
+@dataclass(frozen=True, slots=True)
 class Effort:
     """What a study has cost so far: wall-clock seconds of all sessions, and who computed."""
 
@@ -57,24 +87,39 @@ class Effort:
 
 
 class StudyReader:
-    """Questions to a study's database, also while it is being filled.
+    """Questions to a study's database, also while it is being filled. Every row is compared with its checksum.
 
-    Raises:
+    Raises (every method, too):
         NotARun: no folder, no study in it, or a file that is something else.
         RunIsNewer: its schema is newer than this version's.
-        RunIsDamaged: SQLite cannot read it.
+        RunIsDamaged: SQLite cannot read it, or a row is not as it was written.
     """
 
-    def __init__(self, directory: Path, database: sqlite3.Connection | None = None) -> None:
+    def __init__(self, directory: Path, database: sqlite3.Connection | None = None, *, checked: bool = True) -> None:
         self.directory = directory
-        self._db = database or _open(directory, "ro")
-        row = self._db.execute("SELECT name, about, created_at, seed, written, versions FROM study").fetchone()
-        self.name: str = row[0]
-        self.about: str = row[1]
-        self.created_at: str = row[2]
-        self.seed: int = row[3]
-        self.written: dict[str, Any] = json.loads(row[4])
-        self.versions: dict[str, str] = json.loads(row[5])
+        self.path = directory / STUDY_NAME
+        self._schema = SCHEMA_VERSION
+        if database is None:
+            database, self._schema = open_database(KIND, _study_path(directory), write=False, checked=checked)
+        self._db = database
+        if self._schema < SCHEMA_VERSION:
+            _read_as_today(self._db)
+        try:
+            rows = self.rows("study")
+            if not rows:
+                raise self._damaged("its study is missing")
+            _, self.name, self.about, self.created_at, self.seed, written, versions = rows[0]
+            with understood(self.path, "study"):
+                self.written: dict[str, Any] = json.loads(written)
+                self.versions: dict[str, str] = json.loads(versions)
+        except BaseException:
+            self._db.close()
+            raise
+
+    @property
+    def database(self) -> sqlite3.Connection:
+        """The connection, for questions that no method asks."""
+        return self._db
 
     def close(self) -> None:
         """Let go of the file. May be called twice."""
@@ -82,36 +127,62 @@ class StudyReader:
 
     def conditions(self) -> list[Condition]:
         """All conditions in order."""
-        rows = self._db.execute("SELECT number, settings, config FROM condition ORDER BY number")
         source = f"{self.directory}: the study's condition"
-        return [
-            Condition(number, tuple((axis, value) for axis, value in json.loads(settings)), parse_config(text, source))
-            for number, settings, text in rows
-        ]
+        with understood(self.path, "study"):
+            return [
+                Condition(
+                    number, tuple((axis, value) for axis, value in json.loads(settings)), parse_config(text, source)
+                )
+                for number, _, settings, text in self.rows("condition", "ORDER BY number")
+            ]
 
     def finished(self, condition: int) -> set[int]:
         """Numbers of the runs of a condition that need not be computed again."""
-        return {row[0] for row in self._db.execute("SELECT number FROM run WHERE condition = ?", (condition,))}
+        with understood(self.path, "study"):
+            rows = self._db.execute("SELECT number FROM run WHERE condition = ?", (condition,)).fetchall()
+            return {row[0] for row in rows}
 
     def runs(self, condition: int) -> Runs:
         """All finished runs of a condition."""
-        query = "SELECT number, seed, fitness, successes, genome, best FROM run WHERE condition = ? ORDER BY number"
-        rows = self._db.execute(query, (condition,)).fetchall()
-        columns = list(zip(*rows, strict=True)) if rows else [()] * 6
-        best = [np.frombuffer(blob, "<f4").astype(np.float32) for blob in columns[5]]
-        return Runs(
-            numbers=np.array(columns[0], np.int64),
-            seeds=np.array(columns[1], np.uint64),
-            fitness=np.array(columns[2], np.float64),
-            successes=np.array(columns[3], np.int64),
-            genomes=columns[4],
-            best=np.stack(best) if best else np.empty((0, 0), np.float32),
-        )
+        rows = self.rows("run", "WHERE condition = ? ORDER BY number", condition)
+        with understood(self.path, "study"):
+            columns = list(zip(*rows, strict=True)) if rows else [()] * 8
+            best = [np.frombuffer(blob, "<f4").astype(np.float32) for blob in columns[7]]
+            return Runs(
+                numbers=np.array(columns[1], np.int64),
+                seeds=np.array(columns[3], np.uint64),
+                fitness=np.array(columns[4], np.float64),
+                successes=np.array(columns[5], np.int64),
+                genomes=columns[6],
+                best=np.stack(best) if best else np.empty((0, 0), np.float32),
+            )
+
+    def sessions(self) -> list[StudySession]:
+        """All processes that worked on the study in order."""
+        with understood(self.path, "study"):
+            return [
+                StudySession(identity, started_at, workers, wall_s, runs, json.loads(versions))
+                for identity, started_at, workers, wall_s, runs, versions in self.rows("session", "ORDER BY id")
+            ]
 
     def effort(self) -> Effort:
         """What the study has cost."""
-        rows = self._db.execute("SELECT wall_s, workers FROM session WHERE runs > 0 ORDER BY id").fetchall()
-        return Effort(sum(row[0] for row in rows), tuple(dict.fromkeys(row[1] for row in rows)))
+        rows = [session for session in self.sessions() if session.runs]
+        return Effort(sum(row.wall_s for row in rows), tuple(dict.fromkeys(row.workers for row in rows)))
+
+    def rows(self, table: str, where: str = "", *values: Any) -> list[tuple[Any, ...]]:
+        """Rows of a table, each compared with its checksum."""
+        with understood(self.path, "study"):
+            question = f"SELECT {', '.join(columns_of(table))}, checksum FROM {table} {where}"
+            rows = self._db.execute(question, values).fetchall()
+            wrong = rows and self._schema == SCHEMA_VERSION and first_wrong(rows)
+        if wrong:
+            place = f"run {wrong[1]} of condition {wrong[0]}" if table == "run" else f"{table} {wrong[0]}"
+            raise self._damaged(f"{place} is not as it was written")
+        return [row[:-1] for row in rows]
+
+    def _damaged(self, what: str) -> RunIsDamaged:
+        return RunIsDamaged(f"{self.path} is damaged: {what}.", way_out_of_damage(self.path, "study"))
 
     def __enter__(self) -> Self:
         return self
@@ -121,136 +192,206 @@ class StudyReader:
 
 
 class StudyStore(StudyReader):
-    """The one writer of a study's database."""
+    """The one writer of a study's database; opened with `begin_or_continue`."""
 
-    def __init__(self, directory: Path, workers: str) -> None:
-        self._lock = RunLock(directory)
+    def __init__(self, directory: Path, workers: str, lock: RunLock, *, accept_other_versions: bool = False) -> None:
+        self._lock = lock
+        self._session: dict[str, Any] = {}
+        path = _study_path(directory)
+        if verdict := examine_study(directory).damage:
+            raise RunIsDamaged(verdict[0], way_out_of_damage(path, "study"))
+        db, schema = open_database(KIND, path, write=True)
         try:
-            super().__init__(directory, _open(directory, "rw"))
+            if schema < SCHEMA_VERSION:
+                with as_ours(path, "study"):
+                    _bring_up_to_date(db)
+            super().__init__(directory, db)
+            self._transaction = Transactions(db, path, Sealer(path), "study")
+            self._begin_session(workers, accept_other_versions)
         except BaseException:
-            self._lock.release()
+            db.close()
             raise
-        self._started = time.monotonic()
-        self._session = self._db.execute(
-            "INSERT INTO session (started_at, workers, wall_s, runs) VALUES (?, ?, 0, 0)", (_now(), workers)
-        ).lastrowid
 
     @classmethod
-    def begin_or_continue(cls, study: Study, directory: Path, workers: str) -> Self:
+    def begin_or_continue(
+        cls, study: Study, directory: Path, workers: str, *, accept_other_versions: bool = False
+    ) -> Self:
         """Open the study in a folder, or make it there.
+
+        Args:
+            study: checked.
+            directory: its folder.
+            workers: who computes.
+            accept_other_versions: also on other versions than the session before.
 
         Raises:
             StudyChanged: the folder holds a study with other conditions or another seed.
+            OtherVersions: it was begun with other versions.
             RunExists, NotARun, RunIsNewer, RunIsDamaged, RunIsLocked: why not.
         """
-        if not (directory / STUDY_NAME).exists():
-            _create(study, directory)
-        store = cls(directory, workers)
+        directory.mkdir(parents=True, exist_ok=True)
+        lock = RunLock(directory)
         try:
-            store._check_unchanged(study)
+            # whether there is one is looked at when nobody else can make it
+            if not (directory / STUDY_NAME).exists():
+                _create(study, directory)
+            with StudyReader(directory) as reader:
+                _check_unchanged(reader, study)
+            return cls(directory, workers, lock, accept_other_versions=accept_other_versions)
         except BaseException:
-            store.close()
+            lock.release()
             raise
-        return store
 
     def record(self, result: BlockResult) -> None:
         """Keep a block's runs; all of them or, if anything fails, none."""
-        block = result.block
+        block, session = result.block, self._session["id"]
         columns = (block.seeds, result.fitness, result.successes, result.genomes, result.best.astype("<f4"))
         rows = [
-            (block.condition, block.first_run + k, seed, float(fitness), int(successes), genome, best.tobytes())
+            (
+                *(block.condition, block.first_run + k, session, seed, float(fitness), int(successes), genome),
+                best.tobytes(),
+            )
             for k, (seed, fitness, successes, genome, best) in enumerate(zip(*columns, strict=True))
         ]
-        with self._db:
-            self._db.execute("BEGIN")
-            self._db.executemany("INSERT INTO run VALUES (?, ?, ?, ?, ?, ?, ?)", rows)
-            self._db.execute(
-                "UPDATE session SET wall_s = ?, runs = runs + ? WHERE id = ?",
-                (time.monotonic() - self._started, len(rows), self._session),
-            )
+        session_now = {
+            **self._session,
+            "wall_s": time.monotonic() - self._started,
+            "runs": self._session["runs"] + len(rows),
+        }
+        with self._transaction:
+            for row in rows:
+                insert_row(self._db, "run", row, columns_of=columns_of)
+            insert_row(self._db, "session", tuple(session_now.values()), replace=True, columns_of=columns_of)
+        self._session = session_now
 
     def close(self) -> None:
         """Let others write to the study. May be called twice."""
-        super().close()
+        self._transaction.close()
         self._lock.release()
 
-    def _check_unchanged(self, study: Study) -> None:
-        rows = self._db.execute("SELECT identity, config FROM condition ORDER BY number").fetchall()
-        if self.seed == study.config.seed and rows == [(_hex(c), c.text) for c in study.conditions]:
-            return
-        differences = data_difference(self.written, study.written)
-        if not differences:
-            # as written the two are equal: has a default changed since, or was one merely added?
-            pairs = zip(self.conditions(), study.conditions, strict=True)
-            differences = next(filter(None, (config_difference(old.config, new.config) for old, new in pairs)), [])
-        if not differences:
-            return
-        lines = "\n".join(f"  {difference}" for difference in differences)
-        raise StudyChanged(
-            f"{self.directory} holds a study that was begun with another configuration:\n{lines}",
-            "Undo the change, or choose another --out for the new study. Only the number of runs may differ.",
-        )
+    def _begin_session(self, workers: str, accept_other_versions: bool) -> None:
+        self._started = time.monotonic()
+        sessions, now = self.sessions(), running_versions()
+        before = sessions[-1].versions if sessions else self.versions
+        if (others := version_differences(before, now)) and not accept_other_versions:
+            raise OtherVersions(
+                f"{self.directory} would go on with other versions than before: {'; '.join(others)}.",
+                "Go on with the versions of before, choose another --out, or give --accept-versions: then the study "
+                "says which runs were made with which versions.",
+            )
+        row = (len(sessions) + 1, _now(), workers, 0.0, 0, json.dumps(now))
+        with self._transaction:
+            insert_row(self._db, "session", row, columns_of=columns_of)
+        self._session = dict(zip(columns_of("session"), row, strict=True))
+
+
+def examine_study(directory: Path) -> Verdict:
+    """Look at everything in a study's database.
+
+    Raises:
+        NotARun, RunIsNewer, CannotRead: there is nothing to look at.
+    """
+    path = _study_path(directory)
+    damage: list[str] = []
+    if is_untouched(path):
+        return Verdict((), untouched=True)
+    try:
+        with StudyReader(directory) as reader:
+            damage += complaints_of_sqlite(reader.database, path, "study")
+            for table in COLUMNS:
+                with suppress(RunIsDamaged):
+                    reader.rows(table)
+                    continue
+                damage.append(f"{path} is damaged: a row of table {table} is not as it was written")
+            return Verdict(tuple(damage), has_checksums=reader._schema == SCHEMA_VERSION)
+    except RunIsDamaged as error:
+        return Verdict((*damage, error.message))
+
+
+def _check_unchanged(reader: StudyReader, study: Study) -> None:
+    rows = [(row[1], row[3]) for row in reader.rows("condition", "ORDER BY number")]
+    if reader.seed == study.config.seed and rows == [(_hex(c), c.text) for c in study.conditions]:
+        return
+    differences = data_difference(reader.written, study.written)
+    if not differences:
+        # as written the two are equal: has a default changed since, or was one merely added?
+        pairs = zip(reader.conditions(), study.conditions, strict=True)
+        differences = next(filter(None, (config_difference(old.config, new.config) for old, new in pairs)), [])
+    if not differences:
+        return
+    lines = "\n".join(f"  {difference}" for difference in differences)
+    raise StudyChanged(
+        f"{reader.directory} holds a study that was begun with another configuration:\n{lines}",
+        "Undo the change, or choose another --out for the new study. Only the number of runs may differ.",
+    )
 
 
 def _create(study: Study, directory: Path) -> None:
-    directory.mkdir(parents=True, exist_ok=True)
     path = directory / STUDY_NAME
     unfinished = path.with_suffix(".new")
     unfinished.unlink(missing_ok=True)
-    db = sqlite3.connect(unfinished, isolation_level=None)
-    db.executescript(f"PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = {SCHEMA_VERSION}; {SCHEMA}")
-    with db:
-        db.execute("BEGIN")
-        db.execute(
-            "INSERT INTO study VALUES (1, ?, ?, ?, ?, ?, ?)",
-            (
-                study.config.name,
-                study.config.about,
-                _now(),
-                study.config.seed,
-                json.dumps(study.written),
-                json.dumps(running_versions()),
-            ),
-        )
-        db.executemany(
-            "INSERT INTO condition VALUES (?, ?, ?, ?)",
-            [(c.number, _hex(c), json.dumps(c.settings), c.text) for c in study.conditions],
-        )
-    db.close()
+    seal_path(path).unlink(missing_ok=True)
+    about = (study.config.name, study.config.about, _now(), study.config.seed)
+    with as_ours(path, "study"):
+        db = sqlite3.connect(unfinished, isolation_level=None)
+        try:
+            db.execute("BEGIN IMMEDIATE")
+            _make_tables(db)
+            row = (1, *about, json.dumps(study.written), json.dumps(running_versions()))
+            insert_row(db, "study", row, columns_of=columns_of)
+            for c in study.conditions:
+                insert_row(db, "condition", (c.number, _hex(c), json.dumps(c.settings), c.text), columns_of=columns_of)
+            db.execute("COMMIT")
+        finally:
+            db.close()
     unfinished.replace(path)
 
 
-def _open(directory: Path, mode: str) -> sqlite3.Connection:
+def _make_tables(db: sqlite3.Connection) -> None:
+    for statement in statements(SCHEMA):
+        db.execute(statement)
+    db.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+    db.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
+    db.execute("INSERT INTO head VALUES (1, 0)")
+
+
+def _read_as_today(db: sqlite3.Connection) -> None:
+    """Let a connection see the tables of today in a study of schema 1, which stays as it is."""
+    db.execute("PRAGMA temp_store = MEMORY")
+    for table, question in AS_TODAY.items():
+        db.execute(f"CREATE TEMP VIEW {table} AS SELECT *, NULL AS checksum FROM ({question.format('main.')})")
+
+
+def _bring_up_to_date(db: sqlite3.Connection) -> None:
+    """Change a study of schema 1 into one of today's, all of it or, if anything stops that, nothing."""
+    db.execute("PRAGMA foreign_keys = OFF")
+    db.execute("PRAGMA legacy_alter_table = ON")
+    db.execute("BEGIN IMMEDIATE")
+    try:
+        for table in AS_TODAY:
+            db.execute(f"ALTER TABLE {table} RENAME TO old_{table}")
+        _make_tables(db)
+        for table, question in AS_TODAY.items():
+            for row in db.execute(question.format("old_")).fetchall():
+                insert_row(db, table, row, columns_of=columns_of)
+        for table in reversed(AS_TODAY):
+            db.execute(f"DROP TABLE old_{table}")
+        db.execute("COMMIT")
+    except BaseException:
+        if db.in_transaction:
+            db.execute("ROLLBACK")
+        raise
+    finally:
+        db.execute("PRAGMA legacy_alter_table = OFF")
+        db.execute("PRAGMA foreign_keys = ON")
+
+
+def _study_path(directory: Path) -> Path:
     path = directory / STUDY_NAME
     if not path.is_file():
         what = "holds no study" if directory.is_dir() else "does not exist"
         raise NotARun(f"{directory} {what}.", "Name the folder that `sceann study` printed (its --out).")
-    db = sqlite3.connect(f"{path.absolute().as_uri()}?mode={mode}", uri=True, isolation_level=None, timeout=30.0)
-    try:
-        application = db.execute("PRAGMA application_id").fetchone()[0]
-        schema = db.execute("PRAGMA user_version").fetchone()[0]
-        if application == APPLICATION_ID and mode == "rw":
-            db.execute("PRAGMA journal_mode = WAL")
-            db.execute("PRAGMA synchronous = FULL")
-            db.execute("PRAGMA foreign_keys = ON")
-    except sqlite3.DatabaseError as error:
-        db.close()
-        if isinstance(error, sqlite3.OperationalError):
-            raise
-        raise RunIsDamaged(
-            f"{path} cannot be read: {error}.", "Restore it from a backup; `sqlite3 FILE .recover` may save a part."
-        ) from None
-    if application != APPLICATION_ID:
-        db.close()
-        raise NotARun(f"{path} is not a study of this program.", "Name the folder that `sceann study` printed.")
-    if schema > SCHEMA_VERSION:
-        db.close()
-        raise RunIsNewer(
-            f"{directory} was written by a newer version: its schema is {schema}, this one knows up to "
-            f"{SCHEMA_VERSION}.",
-            "Update sceann-hil.",
-        )
-    return db
+    return path
 
 
 def _hex(condition: Condition) -> str:

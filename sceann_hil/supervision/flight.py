@@ -58,6 +58,8 @@ def outcome(results: Results, task: Task) -> str:
     reason = EndReason(int(results.end_reasons[0]))
     if not results.counts[0]:
         return f"{reason}, does not count"
-    fitness = float(task.fitness(results)[0])
     took = duration_text(float(results.durations_s[0]))
-    return f"{reason} after {int(results.steps[0])} steps ({took}), fitness {fitness:.4g}"
+    ended = f"{reason} after {int(results.steps[0])} steps ({took})"
+    if task.score_by_operator and results.values is None:
+        return ended
+    return f"{ended}, fitness {float(task.fitness(results)[0]):.4g}"

@@ -11,6 +11,8 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from sceann_hil.journal import Circumstances, Journal
 from sceann_hil.robot import EmergencyStop, EndReason, Health, Results, Robot, RobotError, Trials
 from sceann_hil.robot.task import Task
@@ -184,6 +186,8 @@ class Supervisor:
             void = as_void(self._robot, trials, EndReason.OPERATOR, results)
             return _Judged(void, 0.0, "never judged", then=stop)
         if answer.verb is Verb.ACCEPT:
+            if task.score_by_operator:
+                results = replace(results, values=np.full(len(results), float(answer.text)))
             return _Judged(results, answer.after_s)
         why = answer.text or "to be done again"
         void = as_void(self._robot, trials, EndReason.OPERATOR, results)
@@ -200,6 +204,7 @@ class Supervisor:
             instruction=" ".join(filter(None, (task.instruction(trial), upcoming.remark))),
             start=tuple(zip(task.start_fields, task.starts[trial].tolist(), strict=True)),
             goal_by_operator=task.goal_by_operator,
+            score_by_operator=task.score_by_operator,
             heading=upcoming.heading,
         )
 

@@ -12,6 +12,9 @@ from sceann_hil.plugins import Misfit, RobotConfig, StartVariation, TaskConfig
 from sceann_hil.robot import EndReason, Results
 from sceann_hil.robot.task import Task
 
+BEST_SCORE = 9
+"""What a person can say at most."""
+
 
 class GoalReach(Task):
     """One trial per initial heading; fitness of a trial is 1 - steps / max_steps, and 0 if the goal was not reached.
@@ -21,6 +24,8 @@ class GoalReach(Task):
         start_m: where the robot is put, x and y.
         headings_deg: one trial for each, counter-clockwise from the x axis.
         goal_by_operator: a person says when the goal is reached.
+        score_by_operator: a person says after each trial how good it was; a ninth of that is its fitness.
+        success_score: from this score on a trial is a success.
     """
 
     name = "goal_reach"
@@ -33,9 +38,13 @@ class GoalReach(Task):
         start_m: tuple[float, float],
         headings_deg: tuple[float, ...],
         goal_by_operator: bool = False,
+        score_by_operator: bool = False,
+        success_score: int = BEST_SCORE,
     ) -> None:
         self.max_steps = max_steps
         self.goal_by_operator = goal_by_operator
+        self.score_by_operator = score_by_operator
+        self._success_score = success_score
         headings = np.deg2rad(headings_deg)
         headings = (headings + np.pi) % (2.0 * np.pi) - np.pi
         self._starts = np.column_stack(
@@ -47,10 +56,20 @@ class GoalReach(Task):
         return self._starts
 
     def fitness(self, results: Results) -> NDArray[np.float64]:
+        if self.score_by_operator:
+            return self._scores(results) / BEST_SCORE
         return np.where(self.succeeded(results), 1.0 - results.steps / self.max_steps, 0.0)
 
     def succeeded(self, results: Results) -> NDArray[np.bool_]:
+        if self.score_by_operator:
+            return np.asarray((self._scores(results) >= self._success_score) & results.counts)
         return np.asarray(results.end_reasons == EndReason.GOAL)
+
+    @staticmethod
+    def _scores(results: Results) -> NDArray[np.float64]:
+        if results.values is None and results.counts.any():
+            raise ValueError("results: expected the operator's score of every trial")
+        return np.full(len(results), np.nan) if results.values is None else results.values
 
     def instruction(self, trial: int) -> str:
         x_m, y_m, heading_rad = self.starts[trial].tolist()
@@ -84,6 +103,10 @@ class GoalReachConfig(TaskConfig):
     """One trial for each initial heading, counter-clockwise from the x axis."""
     goal_by_operator: bool = False
     """The robot cannot tell that it reached the target: the person beside it says so."""
+    score_by_operator: bool = False
+    """The person beside the robot says after every trial how good it was, 0 to 9; a ninth of that is its fitness."""
+    success_score: Annotated[int, Field(ge=0, le=9)] = 9
+    """With score_by_operator: from this score on a trial is a success."""
 
     def other_starts(self) -> StartVariation:
         turns = (0.0, 5.0, 10.0, 15.0, 20.0, 22.5)
@@ -91,7 +114,14 @@ class GoalReachConfig(TaskConfig):
         return StartVariation("initial headings turned by", "degrees", turns, changes)
 
     def build(self) -> GoalReach:
-        return GoalReach(self.max_steps, self.start_m, self.headings_deg, self.goal_by_operator)
+        return GoalReach(
+            self.max_steps,
+            self.start_m,
+            self.headings_deg,
+            self.goal_by_operator,
+            self.score_by_operator,
+            self.success_score,
+        )
 
     def check(self, robot: RobotConfig) -> None:
         refusal = robot.refuses_start({"x_m": self.start_m[0], "y_m": self.start_m[1], "heading_rad": 0.0})

@@ -8,6 +8,8 @@ In a test file::
 """
 
 from sceann_hil.testing.algorithms import AlgorithmConformance
+from sceann_hil.testing.bodies import BodyConformance
 from sceann_hil.testing.robots import RobotConformance
+from sceann_hil.testing.tasks import TaskConformance
 
-__all__ = ["AlgorithmConformance", "RobotConformance"]
+__all__ = ["AlgorithmConformance", "BodyConformance", "RobotConformance", "TaskConformance"]

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from sceann_hil.errors import RunIsDamaged
 from sceann_hil.journal import JOURNAL_NAME, AttemptKind, JournalReader
 from sceann_hil.journal.schema import SCHEMA, SCHEMA_VERSION, statements
 from sceann_hil.robot import EndReason
@@ -95,6 +96,6 @@ def test_an_old_journal_whose_updating_is_cut_off_is_still_the_old_one(
 ) -> None:
     before = _answers(old)
     monkeypatch.setattr("sceann_hil.journal.schema1.SCHEMA", SCHEMA + "CREATE TABLE event (nonsense);\n")
-    with pytest.raises(sqlite3.OperationalError):
+    with pytest.raises(RunIsDamaged, match="event already exists"):
         resume(old)
     assert _answers(old) == before

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 import signal
-import sqlite3
 import subprocess
 import sys
 import time
@@ -13,8 +12,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import sceann_hil
-from sceann_hil.journal import JOURNAL_NAME
 from sceann_hil.recording import Detail, RecorderProcess, RecordingPaths, State
+from tests.runs import falsify
 
 
 def wait_for(condition: Callable[[], bool], timeout_s: float = 60.0) -> None:
@@ -57,8 +56,7 @@ def test_a_recorder_that_dies_is_reported_and_does_not_raise(run: Path) -> None:
 
 
 def test_a_wrong_replay_stops_the_recorder_with_a_message(run: Path) -> None:
-    with sqlite3.connect(run / JOURNAL_NAME) as journal:
-        journal.execute("UPDATE attempt SET state_hash = state_hash + 1 WHERE id = 14")
+    falsify(run, "UPDATE attempt SET state_hash = state_hash + 1 WHERE id = 14")
     recorder = RecorderProcess(run, Detail.ALL)
     recorder.start()
     status = recorder.finish()

@@ -16,6 +16,7 @@ from sceann_hil.errors import ExitCode, RecordingIsDamaged, ReplayDiffers, RunIs
 from sceann_hil.journal import JOURNAL_NAME
 from sceann_hil.recording import Detail, RecorderStatus, RecordingPaths, State, rrd
 from sceann_hil.recording.recorder import Recorder
+from tests.runs import falsify
 
 
 def record(run_dir: Path, detail: Detail = Detail.ALL, *, replace_damaged: bool = True) -> list[RecorderStatus]:
@@ -93,8 +94,7 @@ def test_a_damaged_file_is_refused_when_it_is_not_to_be_replaced(run: Path) -> N
 
 @pytest.mark.parametrize("column", ["steps", "state_hash"])
 def test_a_trial_that_cannot_be_repeated_is_never_drawn(run: Path, column: str) -> None:
-    with sqlite3.connect(run / JOURNAL_NAME) as journal:
-        journal.execute(f"UPDATE attempt SET {column} = {column} + 1 WHERE generation = 1 AND individual = 2")
+    falsify(run, f"UPDATE attempt SET {column} = {column} + 1 WHERE generation = 1 AND individual = 2")
     with pytest.raises(ReplayDiffers, match=r"generation 1, individual 2.*the journal says"):
         record(run)
     assert 1 not in counts(run)

@@ -37,7 +37,7 @@ def test_the_whole_population_goes_on_unchanged(source: tuple[Path, str], tmp_pa
     first = reader.individuals(0)
     assert [row.genome for row in first] == [row.genome for row in last]
     assert [row.structure for row in first] == [row.structure for row in last]
-    assert [row.parent for row in first] == [row.id for row in last]
+    assert [row.ancestor for row in first] == [row.id for row in last]
     assert reader.run().parent_run == str(directory)
     assert all(row.fitness is not None for row in first)
 
@@ -48,7 +48,7 @@ def test_the_best_goes_on_with_children_of_it(source: tuple[Path, str], tmp_path
     champion = parents.champion()
     assert champion is not None
     first = reader.individuals(0)
-    assert {row.parent for row in first} == {champion.id}
+    assert {row.ancestor for row in first} == {champion.id}
     assert first[0].genome == champion.genome
     length = config_of(text).genome_length
     distances = [int((row.genome_bits(length) != champion.genome_bits(length)).sum()) for row in first]
@@ -62,7 +62,7 @@ def test_another_algorithm_and_another_size_take_the_expressed_bits(source: tupl
     last = JournalReader(directory).individuals(config_of(text).algorithm.generations)
     first = reader.individuals(0)
     assert [row.genome for row in first] == [last[i % len(last)].genome for i in range(11)]
-    assert [row.parent for row in first] == [last[i % len(last)].id for i in range(11)]
+    assert [row.ancestor for row in first] == [last[i % len(last)].id for i in range(11)]
 
 
 def test_a_resumed_run_keeps_its_first_generation(source: tuple[Path, str], tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from sceann_hil.errors import NotARun
+from sceann_hil.errors import DiskFull, NotARun
 from sceann_hil.run.experiment import Experiment, Outcome
 from tests.runs import GOAL, POLE, config_of, contents, evolve, resume
 
@@ -126,7 +126,7 @@ def test_a_full_disk_loses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPat
         database = experiment.journal._db
         pages = database.execute("PRAGMA page_count").fetchone()[0]
         database.execute(f"PRAGMA max_page_count = {pages + 2}")
-        with pytest.raises(sqlite3.OperationalError, match="full"):
+        with pytest.raises(DiskFull, match="full"):
             experiment.evolve(robot)
         assert experiment.journal.reader.count_attempts() > 0
     resume(tmp_path / "run")

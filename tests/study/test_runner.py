@@ -17,8 +17,9 @@ import numpy as np
 import pytest
 from small_study import SMALL, assert_same_results
 
-from sceann_hil.errors import ConfigError, NotARun, RunIsLocked, RunIsNewer, StudyChanged, WorkersLost
+from sceann_hil.errors import ConfigError, NotARun, RunIsDamaged, RunIsLocked, RunIsNewer, StudyChanged, WorkersLost
 from sceann_hil.journal.disk import when_there_is_room
+from sceann_hil.journal.insertion import insert_row
 from sceann_hil.study import (
     STUDY_NAME,
     Block,
@@ -34,6 +35,7 @@ from sceann_hil.study import (
 )
 from sceann_hil.study.local import MOST_DEATHS
 from sceann_hil.study.runner import Todo
+from sceann_hil.study.schema import columns_of
 
 
 class Here:
@@ -135,6 +137,14 @@ def _some_runs(directory: Path) -> bool:
         return bool(reader.finished(0))
 
 
+def change(directory: Path, statement: str) -> None:
+    """Change a study's conditions behind its back, checksums and all."""
+    with sqlite3.connect(directory / STUDY_NAME) as db:
+        db.execute(statement)
+        for row in db.execute("SELECT number, identity, settings, config FROM condition").fetchall():
+            insert_row(db, "condition", row, replace=True, columns_of=columns_of)
+
+
 def test_a_changed_configuration_is_refused_with_the_difference(small: Study, tmp_path: Path) -> None:
     run_study(small, tmp_path, Here())
     for old, new, shown in [
@@ -149,16 +159,14 @@ def test_a_changed_configuration_is_refused_with_the_difference(small: Study, tm
 
 def test_a_default_that_changed_since_is_a_change_too(small: Study, tmp_path: Path) -> None:
     run_study(small, tmp_path, Here())
-    with sqlite3.connect(tmp_path / STUDY_NAME) as db:
-        db.execute("UPDATE condition SET config = replace(config, 'tick_s: 0.02', 'tick_s: 0.05')")
+    change(tmp_path, "UPDATE condition SET config = replace(config, 'tick_s: 0.02', 'tick_s: 0.05')")
     with pytest.raises(StudyChanged, match=r"robot.tick_s: 0.05 -> 0.02"):
         run_study(small, tmp_path, Here())
 
 
 def test_an_option_that_was_added_since_is_none(small: Study, tmp_path: Path) -> None:
     run_study(small, tmp_path, Here())
-    with sqlite3.connect(tmp_path / STUDY_NAME) as db:
-        db.execute("UPDATE condition SET config = replace(config, '  tick_s: 0.02\n', '')")
+    change(tmp_path, "UPDATE condition SET config = replace(config, '  tick_s: 0.02\n', '')")
     nothing = Here()
     run_study(small, tmp_path, nothing)
     assert nothing.done == []
@@ -194,7 +202,7 @@ def test_any_other_error_of_the_database_is_not_waited_for(small: Study, tmp_pat
     with StudyStore.begin_or_continue(small, tmp_path, "the test") as store:
         result = compute_block(next(Todo.of(small, store).blocks(1)))
         store._db.execute("DROP TABLE run")
-        with pytest.raises(sqlite3.OperationalError, match="no such table"):
+        with pytest.raises(RunIsDamaged, match="no such table"):
             when_there_is_room(lambda: store.record(result), lambda: None, lambda _: None)
 
 

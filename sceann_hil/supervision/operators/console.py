@@ -10,12 +10,12 @@ from dataclasses import dataclass, field
 from sceann_hil.robot.drawing import Drawing
 from sceann_hil.supervision.operators.desk import Desk
 from sceann_hil.supervision.operators.draft import Draft
-from sceann_hil.supervision.operators.keymap import STOP_KEYS, KeyMap
+from sceann_hil.supervision.operators.keymap import KEY_NAMES, STOP_KEYS, KeyMap
 from sceann_hil.supervision.operators.keys import Hit, KeySource
 from sceann_hil.supervision.operators.messages import View
 from sceann_hil.supervision.operators.operator import Operator
 from sceann_hil.supervision.operators.sketch import sketch
-from sceann_hil.supervision.operators.verbs import Phase, Verb
+from sceann_hil.supervision.operators.verbs import SCORES, Phase, Verb
 
 QUIET_S = 0.25
 """Keys hit sooner after a question was shown were not meant for it: they are dropped."""
@@ -107,6 +107,8 @@ class Console(Operator):
                     self._take(hit, view, quiet=time.monotonic() - shown_s < QUIET_S)
 
     def _take(self, hit: Hit, view: View, *, quiet: bool) -> None:
+        if _is_scored(view) and hit.key in SCORES:
+            hit = Hit(KEY_NAMES[Verb.ACCEPT], hit.key)
         verb = self._keymap.verb(hit.key, view.accepts)
         if hit.key == _HELP and verb is None:
             before = view.situation if view.phase is Phase.BEFORE else None
@@ -149,7 +151,10 @@ class Console(Operator):
     def _choices(self, view: View) -> str:
         """The keys that mean something now."""
         verbs = [verb for verb in Verb if verb in view.accepts]
-        return "  ".join([*(f"[{self._keymap.name(verb)}] {verb.words}" for verb in verbs), "[?] help"])
+        keys = [f"[{self._keymap.name(verb)}] {verb.words}" for verb in verbs]
+        if _is_scored(view):
+            keys[verbs.index(Verb.ACCEPT)] = "[0]-[9] accept, as bad or good as that"
+        return "  ".join([*keys, "[?] help"])
 
     def _describe(self, view: View) -> str:
         """The view as text."""
@@ -166,3 +171,8 @@ class Console(Operator):
         lines += [f"! {warning}" for warning in view.status.warnings]
         lines.append(self._choices(view))
         return "\n".join(lines)
+
+
+def _is_scored(view: View) -> bool:
+    """Whether a digit accepts the trial that is asked about."""
+    return view.situation is not None and view.situation.score_by_operator and Verb.ACCEPT in view.accepts

@@ -16,7 +16,7 @@ from functools import partial
 
 from sceann_hil.robot import EmergencyStop, EndReason
 from sceann_hil.supervision.operators.messages import Finished, Press, Receipt, Situation, Status, View
-from sceann_hil.supervision.operators.verbs import ACCEPTED, Phase, Verb
+from sceann_hil.supervision.operators.verbs import ACCEPTED, SCORES, Phase, Verb
 from sceann_hil.supervision.operators.words import clean
 from sceann_hil.supervision.stopping import Stopped, StopReason, StopRequest, nobody
 
@@ -108,7 +108,8 @@ class Desk:
             by: who says it.
             question: number of the question that is answered, as the operator saw it; None if the operator cannot
                 have seen an older one.
-            text: words, for DISCARD and NOTE, in whatever shape they arrived; what is kept of them is `clean`.
+            text: words, for DISCARD and NOTE, and the score, where ACCEPT needs one, in whatever shape they arrived;
+                what is kept of them is `clean`.
 
         Returns:
             Whether it was accepted. A refused press changes nothing.
@@ -141,6 +142,9 @@ class Desk:
             return f"{name}: not possible now ({view.phase.value})"
         if verb.wants_text and not text:
             return f"{name}: say why"
+        scored = view.situation is not None and view.situation.score_by_operator
+        if verb is Verb.ACCEPT and scored and text not in SCORES:
+            return f"{name}: say how good it was, 0 to 9"
         return ""
 
     def _take(self, press: Press) -> Callable[[], object] | None:

@@ -19,6 +19,7 @@ class Situation:
         instruction: what a person has to do before it starts.
         start: names and values of the start, in the order of the robot's start fields.
         goal_by_operator: whether a person says that the goal is reached.
+        score_by_operator: whether a person says how good it was: ACCEPT comes with a digit.
         outcome: how it ended, in words; empty before that.
         heading: what it is, for a trial outside selection; empty for an individual's in its generation.
     """
@@ -30,6 +31,7 @@ class Situation:
     instruction: str
     start: tuple[tuple[str, float], ...] = ()
     goal_by_operator: bool = False
+    score_by_operator: bool = False
     outcome: str = ""
     heading: str = ""
 

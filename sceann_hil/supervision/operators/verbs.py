@@ -79,6 +79,9 @@ class Verb(StrEnum):
         return self in ACCEPTED[Phase.BEFORE] - _EVER or self in ACCEPTED[Phase.AFTER] - _EVER
 
 
+SCORES = frozenset("0123456789")
+"""What comes with ACCEPT where the task lets a person say how good a trial was."""
+
 _MEANS = {
     Verb.READY: "it stands right, go",
     Verb.SKIP: "comes again after the others",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import sqlite3
 import threading
 import time
 from pathlib import Path
@@ -13,7 +12,7 @@ from typing import Any
 import pytest
 
 from backends.virtual.cable import Cable, LineFaults
-from sceann_hil.errors import NotARun, as_user_error
+from sceann_hil.errors import DiskFull, NotARun, as_user_error
 from sceann_hil.firmware.emulated.posix import PosixBoard
 from sceann_hil.journal import JournalReader
 from sceann_hil.robot import EndReason, LinkError
@@ -173,7 +172,7 @@ def test_the_disk_is_full_in_the_middle_of_a_run(bad_board: tuple[PosixBoard, Ca
         database = experiment.journal._db
         pages = database.execute("PRAGMA page_count").fetchone()[0]
         database.execute(f"PRAGMA max_page_count = {pages + 1}")
-        with pytest.raises(sqlite3.OperationalError) as error:
+        with pytest.raises(DiskFull) as error:
             experiment.evolve(robot)
     told = as_user_error(error.value)
     assert told is not None

@@ -41,20 +41,20 @@ STATUS = Status(
 class Asking:
     """The run's side in a thread: asks one question, or runs one trial, and keeps what came."""
 
-    def __init__(self, desk: Desk, phase: Phase) -> None:
+    def __init__(self, desk: Desk, phase: Phase, situation: Situation = SITUATION) -> None:
         self.answers: list[str] = []
         self.interrupts: list[EndReason] = []
         self.over = threading.Event()
-        self._desk, self._phase = desk, phase
+        self._desk, self._phase, self._situation = desk, phase, situation
         self._thread = threading.Thread(target=self._work, daemon=True)
         self._thread.start()
 
     def _work(self) -> None:
         if self._phase is Phase.RUNNING:
-            with self._desk.flight(SITUATION, lambda reason: (self.interrupts.append(reason), self.over.set())):
+            with self._desk.flight(self._situation, lambda reason: (self.interrupts.append(reason), self.over.set())):
                 self.over.wait(20)
         else:
-            self.answers.append(self._desk.ask(self._phase, SITUATION).verb.value)
+            self.answers.append(self._desk.ask(self._phase, self._situation).verb.value)
 
     def join(self) -> None:
         self._thread.join(20)

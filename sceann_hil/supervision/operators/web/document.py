@@ -27,6 +27,7 @@ def _document(view: View, prompt: Prompt, keymap: KeyMap) -> dict[str, Any]:
         "instruction": situation.instruction if situation and view.phase is Phase.BEFORE else "",
         "outcome": situation.outcome if situation and view.phase is Phase.AFTER else "",
         "pose": f"/pose.svg?q={view.question}" if situation else "",
+        "scored": situation is not None and situation.score_by_operator,
         "reason": view.reason,
         "accepts": [verb.value for verb in Verb if verb in view.accepts],
         "pausing": view.pausing,

@@ -40,10 +40,10 @@ async function send(verb, question, text) {
   }
   return verb + ": " + NOT_SENT;
 }
-async function press(verb, question) {
-  if (view && view.verbs[verb] && view.verbs[verb].wants_text) return ask(verb, question);
+async function press(verb, question, text = "") {
+  if (!text && view && view.verbs[verb] && view.verbs[verb].wants_text) return ask(verb, question);
   if (verb in TRIES) $("receipt").textContent = verb.replace("_", " ") + ": sending...";
-  $("receipt").textContent = await send(verb, question, "");
+  $("receipt").textContent = await send(verb, question, text);
 }
 
 // Words are asked for in the page itself: nothing lies over the stops, and they stay within reach of keys and readers.
@@ -77,6 +77,19 @@ function button(verb, question) {
   made.setAttribute("aria-keyshortcuts", view.verbs[verb].key);
   made.onclick = () => press(verb, question);
   return made;
+}
+function scores(question) {
+  const row = document.createElement("div");
+  row.className = "scores"; row.setAttribute("role", "group"); row.setAttribute("aria-label", "Accept: how good was it?");
+  for (let score = 0; score <= 9; score++) {
+    const made = document.createElement("button");
+    made.id = "score" + score; made.type = "button"; made.dataset.score = score; made.textContent = score;
+    made.onclick = () => press("accept", question, String(score));
+    row.append(made);
+  }
+  const said = document.createElement("p");
+  said.className = "quiet"; said.textContent = "Accept: how good was it, 0 to 9?"; row.prepend(said);
+  return row;
 }
 function guard(buttons) {
   const fresh = [...buttons];
@@ -125,7 +138,8 @@ function render() {
   }
   if (key !== shown || accepts !== offered) {
     const focused = document.activeElement && document.activeElement.dataset.verb;
-    fill($("answers"), ANSWERS.filter(a => v.accepts.includes(a)), a => button(a, v.question));
+    fill($("answers"), ANSWERS.filter(a => v.accepts.includes(a)), 
+      a => a === "accept" && v.scored ? scores(v.question) : button(a, v.question));
     const others = v.accepts.filter(a => !ANSWERS.includes(a) && a !== "emergency_stop" && a !== "stop");
     fill($("others"), others, a => button(a, null));
     // who walks through the page with keys keeps their place
@@ -135,7 +149,7 @@ function render() {
   stops();
   if (key !== shown) {
     $("pose").hidden = v.phase !== "before"; if (v.phase === "before") $("pose").src = v.pose;
-    guard($("answers").children); ring(); shown = key;
+    guard($("answers").querySelectorAll("button")); ring(); shown = key;
   }
   $("progress").max = Math.max(1, v.todo); $("progress").value = v.done;
   const facts = [["generation", v.generation + " of " + v.generations], ["trials of it", v.done + " of " + v.todo],
@@ -205,6 +219,8 @@ addEventListener("keydown", event => {
   const typing = document.activeElement === $("text");
   if (event.key === "Escape" && !$("words").hidden) { askNoMore(); return; }
   if (typing || event.repeat || event.ctrlKey || event.altKey || event.metaKey || !view || !$("offline").hidden) return;
+  const score = $("score" + event.key);
+  if (score) { event.preventDefault(); if (!score.disabled) score.click(); return; }
   const verb = said(event.key);
   const made = verb && $(verb);
   if (made && !made.disabled) { event.preventDefault(); made.click(); }

@@ -1,0 +1,105 @@
+"""Rows with their checksums, and generations with their digests, into a journal."""
+
+from __future__ import annotations
+
+import sqlite3
+import time
+import zlib
+from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
+from typing import Any
+
+from sceann_hil.journal.checksums import row_checksum, row_checksums
+from sceann_hil.journal.digests import begun_digest, digest_before, finished_digest
+from sceann_hil.journal.schema import columns_of
+from sceann_hil.network.coding import Bits, genome_to_hex
+
+
+def insert_row(
+    db: sqlite3.Connection,
+    table: str,
+    row: Sequence[Any],
+    *,
+    replace: bool = False,
+    columns_of: Callable[[str], list[str]] = columns_of,
+) -> None:
+    """One row, or in the place of the one with the same key."""
+    columns = columns_of(table)
+    db.execute(
+        f"INSERT {'OR REPLACE ' if replace else ''}INTO {table} ({', '.join(columns)}, checksum) "
+        f"VALUES ({'?, ' * len(columns)}?)",
+        (*row, row_checksum(row)),
+    )
+
+
+def insert_generation(
+    db: sqlite3.Connection,
+    number: int,
+    state: bytes,
+    genomes: Bits,
+    parents: Sequence[int | None] | None,
+    ancestors: Sequence[int | None] | None,
+    structures: Sequence[str | None],
+) -> None:
+    """A generation as it begins; parents are ids in this run, ancestors in the run that this one goes on from."""
+    n = len(genomes)
+    db.execute(
+        "INSERT INTO generation (number, algorithm_state, started_at, state_checksum) VALUES (?, ?, ?, ?)",
+        (number, state, now_text(), zlib.crc32(state)),
+    )
+    first = 1 + int(db.execute("SELECT coalesce(max(id), 0) FROM individual").fetchone()[0])
+    ids, numbers = list(range(first, first + n)), list(range(n))
+    hexes, none = [genome_to_hex(genome) for genome in genomes], [None] * n
+    columns: list[Any] = [ids, [number] * n, numbers, hexes, parents or none, ancestors or none, structures, none]
+    names = columns_of("individual")
+    db.executemany(
+        f"INSERT INTO individual ({', '.join(names)}, checksum) VALUES ({'?, ' * len(names)}?)",
+        zip(*columns, row_checksums(columns, n), strict=True),
+    )
+    rewrite_digests(db, since_generation=number)
+
+
+def update_checksums(db: sqlite3.Connection, table: str, where: str = "", *values: Any) -> None:
+    """Compute the checksums of some rows again, after a change."""
+    columns = columns_of(table)
+    rows = db.execute(f"SELECT {', '.join(columns)} FROM {table} {where}", values).fetchall()
+    if rows:
+        checksums = row_checksums(list(zip(*rows, strict=True)), len(rows))
+        key = columns[0]
+        db.executemany(
+            f"UPDATE {table} SET checksum = ? WHERE {key} = ?",
+            [(checksum, row[0]) for checksum, row in zip(checksums, rows, strict=True)],
+        )
+
+
+def rewrite_digests(
+    db: sqlite3.Connection, *, since_generation: int | None = None, since_attempt: int | None = None
+) -> None:
+    """Chain the generations again from one on, or from the one on that an attempt belongs to."""
+    if since_generation is None:
+        since_generation = db.execute(
+            "SELECT coalesce(min(number), 9e18) FROM generation WHERE last_attempt >= ?", (since_attempt,)
+        ).fetchone()[0]
+    rows = db.execute(
+        "SELECT number, finished_at FROM generation WHERE number >= ? ORDER BY number", (since_generation,)
+    ).fetchall()
+    for number, finished_at in rows:
+        begun = begun_digest(db, number, digest_before(db, number))
+        digest = None if finished_at is None else finished_digest(db, number, begun)
+        db.execute("UPDATE generation SET begun_digest = ?, digest = ? WHERE number = ?", (begun, digest, number))
+        update_checksums(db, "generation", "WHERE number = ?", number)
+
+
+def now_text() -> str:
+    """UTC, ISO 8601, to the millisecond."""
+    return datetime.now(UTC).isoformat(timespec="milliseconds")
+
+
+def milliseconds() -> int:
+    """Since 1970, UTC."""
+    return time.time_ns() // 1_000_000
+
+
+def readable(text: str) -> str:
+    """Text as SQLite can keep it: half a surrogate pair, which no encoding has, becomes a question mark."""
+    return text.encode("utf-8", "replace").decode("utf-8")
