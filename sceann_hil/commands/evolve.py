@@ -30,7 +30,7 @@ from sceann_hil.commands.arguments import (
 )
 from sceann_hil.commands.printing import pasted, print_table
 from sceann_hil.commands.progress import show_preparation, show_progress
-from sceann_hil.commands.recording import Live, Record, RecordChoice, recorded, watched_live
+from sceann_hil.commands.recording import Live, Record, RecordChoice, must_be_watchable, recorded, watched_live
 from sceann_hil.config import load_config
 from sceann_hil.errors import ExitCode, as_user_error
 from sceann_hil.run.ancestor import Ancestor, Take
@@ -137,13 +137,15 @@ def _run(
     with show_preparation(console) as preparing:
         experiment.config.algorithm.prepare(experiment.config, preparing)
     robot = experiment.config.robot.build()
+    if live:
+        must_be_watchable(robot)
     with ExitStack() as connected:
         # entered first, so left last: the robot is let go before anybody waits for recordings
         connected.enter_context(recorded(console, experiment.directory, record))
         with console.status(f"Getting {robot.spec.name} ready (compiled once, which takes some seconds)..."):
             connected.enter_context(robot)
         if live:
-            connected.enter_context(watched_live(robot, experiment.directory))
+            connected.enter_context(watched_live(robot, experiment.directory, partial(_show, console)))
         started = time.monotonic()
         show = partial(_show, console)
         last = experiment.config.algorithm.generations
