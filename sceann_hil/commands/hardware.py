@@ -10,10 +10,10 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 
 from sceann_hil.commands.arguments import AsJson, print_json
 from sceann_hil.commands.ending import EXIT_CODES
-from sceann_hil.commands.printing import shown
 from sceann_hil.config import ExperimentConfig, load_config
 from sceann_hil.errors import ConfigError, RobotIsFaulty
 from sceann_hil.robot import Robot
@@ -85,7 +85,7 @@ def _robot(path: Path, config: ExperimentConfig) -> Robot:
 
 
 def _print(console: Console, finding: Finding) -> None:
-    console.print(f"[{_COLOUR[finding.verdict]}]{finding.verdict.value:>8}[/]  [bold]{shown(finding.check)}[/]")
+    console.print(f"[{_COLOUR[finding.verdict]}]{finding.verdict.value:>8}[/]  [bold]{escape(finding.check)}[/]")
     console.print(indent(finding.detail, " " * 10), soft_wrap=True, markup=False)
     if finding.advice:
         console.print(indent(f"Advice: {finding.advice}", " " * 10), soft_wrap=True, markup=False)
