@@ -20,7 +20,6 @@ from sceann_hil.config import ExperimentConfig
 from sceann_hil.network.controller import ONE, SENSOR_MAX
 from sceann_hil.robot import EndReason, Results
 from sceann_hil.robot.accumulation import Combine
-from sceann_hil.robot.step_task import StepTask
 
 
 class SceannEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
@@ -80,9 +79,9 @@ class SceannEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
     def _reward(
         self, seen: NDArray[np.uint16], motors: NDArray[np.float64], state: NDArray[np.float32], end: EndReason | None
     ) -> float:
-        if isinstance(self._task, StepTask) and self._task.accumulation.combine in (Combine.MEAN, Combine.SUM):
-            value = self._task.accumulation.value(seen / SENSOR_MAX, motors, state.astype(np.float64))
-            return float(value)
+        accumulation = self._task.accumulation
+        if accumulation is not None and accumulation.combine in (Combine.MEAN, Combine.SUM):
+            return float(accumulation.value(seen / SENSOR_MAX, motors, state.astype(np.float64)))
         if end is None:
             return 0.0
         spec = self._spec_of_robot
