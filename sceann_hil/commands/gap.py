@@ -28,6 +28,7 @@ from sceann_hil.commands.measured import measured
 from sceann_hil.config import ExperimentConfig, with_robot_of
 from sceann_hil.errors import ConfigError, NotARun
 from sceann_hil.journal import AttemptKind, IndividualRow, JournalReader
+from sceann_hil.places import make_folder
 from sceann_hil.robot import GapEstimate
 from sceann_hil.robot.signal_names import motor_names, sensor_names
 from sceann_hil.run.champion import champion_of
@@ -229,7 +230,7 @@ def _individual(reader: JournalReader, genome: str) -> IndividualRow:
 
 def _folder(directory: Path, name: str) -> Path:
     folder = directory / "reports" / name
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     return folder
 
 
