@@ -28,6 +28,8 @@ def _parsed(value: Any) -> Any:
     return parse_duration_s(value) if isinstance(value, str) else value
 
 
+_CENTURY_S = 36_525 * 86_400.0
+
 Duration = Annotated[
     float,
     Field(gt=0.0),
@@ -38,5 +40,9 @@ Duration = Annotated[
 
 
 def duration_text(seconds: float) -> str:
-    """For people: ``12.5 s``, then ``1:23:45``."""
-    return f"{seconds:.3g} s" if seconds < 60 else str(timedelta(seconds=round(seconds)))
+    """For people: ``12.5 s``, then ``1:23:45``, then ``317 years``."""
+    if seconds < 60:
+        return f"{seconds:.3g} s"
+    if seconds < _CENTURY_S:
+        return str(timedelta(seconds=round(seconds)))
+    return f"{seconds / _CENTURY_S * 100:.3g} years" if seconds < float("inf") else "without end"

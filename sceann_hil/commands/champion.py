@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from sceann_hil.commands.arguments import AsJson, print_json
@@ -144,12 +145,12 @@ def _as_dict(candidate: _Candidate, found: Robustness | None, place: int, by: Cr
 def _print(source: str, candidates: list[_Candidate], found: Robustness | None, shown: list[int]) -> None:
     console = Console(highlight=False)
     if found is None:
-        table = Table("genome", "fitness", "from", title=source)
+        table = Table("genome", "fitness", "from", title=escape(source))
         for place in shown:
             table.add_row(candidates[place].genome, f"{candidates[place].fitness:.4g}", candidates[place].origin)
         console.print(table)
         return
-    table = Table("genome", "from", "ideal", "disturbed: mean [95 %]", "to the first", "success", title=source)
+    table = Table("genome", "from", "ideal", "disturbed: mean [95 %]", "to the first", "success", title=escape(source))
     for place in shown:
         candidate, interval = candidates[place], found.fitness_interval(place)
         difference = found.fitness_difference(place, shown[0])

@@ -6,11 +6,13 @@ import time
 from contextlib import ExitStack
 from datetime import datetime
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from sceann_hil.commands.arguments import (
@@ -32,6 +34,7 @@ from sceann_hil.commands.progress import show_preparation, show_progress
 from sceann_hil.commands.recording import Live, Record, RecordChoice, must_be_watchable, recorded, watched_live
 from sceann_hil.config import load_config
 from sceann_hil.errors import ExitCode, as_user_error
+from sceann_hil.pasting import pasteable
 from sceann_hil.run.ancestor import Ancestor, Take
 from sceann_hil.run.champion import champion_of
 from sceann_hil.run.experiment import Experiment, Outcome
@@ -82,7 +85,7 @@ def evolve(
     directory = out or Path("runs") / f"{config.stem}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
     with Experiment.create(settings, directory, Ancestor(ancestor, take) if ancestor else None) as experiment:
         try:
-            _run(experiment, record, live, as_json, more=more)
+            run_experiment(experiment, record, live, as_json, more=more)
         except (Exception, KeyboardInterrupt) as error:
             # no robot, no panel, Ctrl-C meanwhile: the same command should work once that is put right
             if as_user_error(error) is not None and experiment.forget():
@@ -117,10 +120,10 @@ def resume(
     with Experiment.open(
         directory, accept_other_versions=accept_versions, from_generation=from_generation
     ) as experiment:
-        _run(experiment, record, live, as_json, operator=operator, more=more)
+        run_experiment(experiment, record, live, as_json, operator=operator, more=more)
 
 
-def _run(
+def run_experiment(
     experiment: Experiment,
     record: RecordChoice,
     live: bool,
@@ -129,6 +132,7 @@ def _run(
     operator: str | None = None,
     more: dict[str, float] | None = None,
 ) -> None:
+    """Run an experiment from wherever it stands, with all that a person sees of it; leaves with an exit code."""
     console = Console(stderr=True, highlight=False)
     settings = experiment.config.operator
     if operator is not None:
@@ -161,10 +165,13 @@ def _run(
             # whoever asks for the end waits for no recordings
             raise typer.Exit(_EXIT_CODES[outcome])
     summary = _summary(experiment, outcome, evolved_s)
+    conclusion = _conclusion(experiment)
     if as_json:
-        print_json(summary)
+        print_json(summary if conclusion is None else {**summary, "conclusion": conclusion.document})
     else:
         _print_summary(Console(highlight=False), summary, record)
+        for line in conclusion.lines if conclusion is not None else ():
+            Console(highlight=False).print(line, markup=False, soft_wrap=True)
     if outcome in _EXIT_CODES:
         raise typer.Exit(_EXIT_CODES[outcome])
 
@@ -177,6 +184,15 @@ _EXIT_CODES = {
     Outcome.TERMINATED: ExitCode.TERMINATED,
     Outcome.HUNG_UP: ExitCode.HUNG_UP,
 }
+
+
+def _conclusion(experiment: Experiment) -> Any:
+    """What the algorithm has to say of the run so far, if it has anything to say."""
+    where = experiment.config.algorithm.conclusion
+    if where is None or not experiment.journal.reader.generations(finished=True):
+        return None
+    module, _, function = where.partition(":")
+    return getattr(import_module(module), function)(experiment.directory)
 
 
 def _soon(desk: Desk) -> str:
@@ -215,7 +231,7 @@ def _summary(experiment: Experiment, outcome: Outcome, evolved_s: float) -> dict
 
 def _print_summary(console: Console, summary: dict[str, Any], record: RecordChoice) -> None:
     directory, champion = summary["directory"], summary["champion"]
-    table = Table(show_header=False, title=f"Run {directory}: {summary['outcome'].replace('_', ' ')}")
+    table = Table(show_header=False, title=f"Run {escape(str(directory))}: {summary['outcome'].replace('_', ' ')}")
     table.add_row("generations", f"{summary['generations']}")
     table.add_row("trials", f"{summary['trials']} in {summary['evolved_s']:.1f} s")
     if champion:
@@ -228,4 +244,4 @@ def _print_summary(console: Console, summary: dict[str, Any], record: RecordChoi
     if reason:
         console.print(f"{reason}.", soft_wrap=True)
     for command in follow:
-        console.print(f"  sceann {command} {directory}")
+        console.print(f"  sceann {command} {pasteable(directory)}", markup=False, soft_wrap=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from datetime import timedelta
 from typing import Annotated
 
 import typer
@@ -14,6 +13,7 @@ from sceann_hil.config import load_config, schema_text
 from sceann_hil.registry import Group, available, package_of
 from sceann_hil.run.plan import PROMPT_S, Plan
 from sceann_hil.study import study_schema_text
+from sceann_hil.timespans import duration_text
 
 
 def register(app: typer.Typer) -> None:
@@ -79,4 +79,4 @@ def plan(config: ConfigFile, seed: Seed = None, overrides: Overrides = None, as_
 
 
 def _time(seconds: float) -> str:
-    return f"{seconds:g} s" if seconds < 60 else str(timedelta(seconds=round(seconds)))
+    return f"{seconds:g} s" if seconds < 60 else duration_text(seconds)

@@ -12,9 +12,11 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from sceann_hil.errors import ViewerUnavailable
+from sceann_hil.pasting import pasteable
 from sceann_hil.recording import Detail, RecorderProcess, RecorderStatus, State
 from sceann_hil.recording.display import require_display
 from sceann_hil.recording.feed import LiveFeed
@@ -113,8 +115,12 @@ def recorded(console: Console, directory: Path, choice: RecordChoice) -> Iterato
         console.print("Recording goes on in the background.")
         return
     if status.state is State.FAILED:
-        console.print(f"[bold red]Not everything was recorded:[/] {status.message}", soft_wrap=True)
-        console.print(f"The run itself is complete; `sceann record {directory}` makes the rest.", soft_wrap=True)
+        console.print(f"[bold red]Not everything was recorded:[/] {escape(status.message)}", soft_wrap=True)
+        console.print(
+            f"The run itself is complete; `sceann record {pasteable(directory)}` makes the rest.",
+            markup=False,
+            soft_wrap=True,
+        )
 
 
 @contextmanager

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from datetime import timedelta
 
 import typer
 from rich.console import Console
@@ -13,6 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextC
 
 from sceann_hil.errors import ExitCode
 from sceann_hil.study import BlockResult, Condition, Observer, Todo
+from sceann_hil.timespans import duration_text
 
 _SECONDS_BETWEEN_LINES = 10.0
 
@@ -105,7 +105,7 @@ class _Lines(Observer):
     def _eta(self) -> str:
         done = self._cost - self._left
         left_s = (time.monotonic() - self._started) * self._left / max(done, 1)
-        return f"ETA {timedelta(seconds=round(left_s))}"
+        return f"ETA {duration_text(left_s)}"
 
 
 class _Bars(_Lines):

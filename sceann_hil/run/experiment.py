@@ -32,6 +32,7 @@ from sceann_hil.journal import (
 )
 from sceann_hil.journal.reader import journal_path
 from sceann_hil.journal.salvage import return_to_generation
+from sceann_hil.places import make_folder
 from sceann_hil.robot import Robot
 from sceann_hil.run.ancestor import Ancestor
 from sceann_hil.run.breeding import generations
@@ -124,7 +125,7 @@ class Experiment:
                 f"{directory} exists already; nothing was overwritten.",
                 "Choose another --out, or `sceann resume` it if it is a run.",
             )
-        directory.mkdir(parents=True, exist_ok=True)
+        make_folder(directory)
         with ExitStack() as undo:
             lock = undo.enter_context(RunLock(directory))
             journal = Journal.create(

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from datetime import timedelta
 
 from sceann_hil.study.report.cells import StudyData
 from sceann_hil.study.report.claims import Claim
 from sceann_hil.study.report.page import Page
 from sceann_hil.study.statistics import Interval, Verdict
+from sceann_hil.timespans import duration_text
 
 _MARKS = {Verdict.HOLDS: "✓ holds", Verdict.DOES_NOT_HOLD: "✗ does not hold", Verdict.CANNOT_TELL: "? cannot tell"}
 
@@ -25,7 +25,7 @@ def verdict_text(verdict: Verdict) -> str:
 
 def duration(seconds: float) -> str:
     """Seconds for people."""
-    return f"{seconds:.0f} s" if seconds < 120 else str(timedelta(seconds=round(seconds)))
+    return f"{seconds:.0f} s" if seconds < 120 else duration_text(seconds)
 
 
 def runs_sentence(study: StudyData) -> str:
