@@ -102,6 +102,12 @@ class RemoteRobot(Robot):
         return self._connection.connected
 
     @property
+    def identity(self) -> str | None:
+        """The board's own number."""
+        known = self._connection.descriptor
+        return None if known is None else f"{known.unique_id:014x}"
+
+    @property
     def descriptor(self) -> Descriptor | None:
         """What the robot said that it is; None before `connect`."""
         return self._connection.descriptor
