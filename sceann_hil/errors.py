@@ -15,6 +15,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import ClassVar, Self
 
+from sceann_hil.pasting import pasteable
+
 
 class ExitCode(IntEnum):
     """What the `sceann` command returns to the shell. The numbers are public and never change."""
@@ -349,8 +351,8 @@ def way_out_of_damage(path: Path | None, what: str = "journal") -> str:
     if what != "journal" or path is None:
         return _BACKUP
     return (
-        f"`sceann check {path.parent}` names the last generation that is sound; "
-        f"`sceann resume {path.parent} --from-generation N` goes on from it and keeps the damaged file."
+        f"`sceann check {pasteable(path.parent)}` names the last generation that is sound; "
+        f"`sceann resume {pasteable(path.parent)} --from-generation N` goes on from it and keeps the damaged file."
     )
 
 

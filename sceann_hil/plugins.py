@@ -140,6 +140,9 @@ class AlgorithmConfig(PluginConfig):
 
     compares_only: ClassVar[bool] = False
     """It uses fitness only to compare individuals, so any numbers in the same order give the same next generation."""
+    conclusion: ClassVar[str | None] = None
+    """``module:function`` that is called with a run's folder at the end of every session and tells what there is to
+    say: an object with `lines` for people and a `document` for programs."""
     weighs_trials: ClassVar[bool] = False
     """It weighs every trial by itself, so nothing but a generation's own trials may count in it."""
 

@@ -138,6 +138,9 @@ class RemoteRobot(Robot):
         }
         return {name: durations for name, durations in told.items() if len(durations)}
 
+    def body_fingerprint(self) -> str | None:
+        return None if self._body is None else self._body.robot.body_fingerprint()
+
     def interrupt(self, reason: EndReason) -> None:
         """One frame, sent past whoever holds the link: STOP, or the latched stop of all robots."""
         # also while the line is being opened again: the trial must not begin then

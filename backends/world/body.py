@@ -92,15 +92,33 @@ def _sense(state: Float32Array, sensors: Float32Array, work: Float32Array, param
         meet_things(work, parameters)
         sensor, weight = np.int64(parameters[row]), parameters[row + 1]
         response = np.int64(parameters[AT_RESPONSES]) + np.int64(parameters[row + 7])
-        per_node = _F(NODES - 1) / reach
-        for lane in range(LANES):
-            at = work[NEAR, lane] * per_node
-            node = min(np.int32(at), np.int32(NODES - 2))
-            part = at - _F(node)
-            low = parameters[response + node]
-            sensors[sensor, lane] += weight * (low + part * (parameters[response + node + 1] - low))
+        if np.int64(parameters[row + 7]) < 0:
+            # the default response needs no table, and looking one up costs more than meeting the walls
+            per_m = weight / reach
+            for lane in range(LANES):
+                sensors[sensor, lane] += weight - per_m * work[NEAR, lane]
+        else:
+            _respond(sensors, work, parameters, sensor, weight, response, _F(NODES - 1) / reach)
     _sense_ground(state, sensors, work, parameters)
     _sense_light(state, sensors, work, parameters)
+
+
+@compiled_part
+def _respond(
+    sensors: Float32Array,
+    work: Float32Array,
+    parameters: Float32Array,
+    sensor: np.int64,
+    weight: np.float32,
+    response: np.int64,
+    per_m: np.float32,
+) -> None:
+    """Add what a ray reads at its distance: between two nodes of the table that begins at `response`."""
+    for lane in range(LANES):
+        at = work[NEAR, lane] * per_m
+        node = min(np.int32(at), np.int32(NODES - 2))
+        low = parameters[response + node]
+        sensors[sensor, lane] += weight * (low + (at - _F(node)) * (parameters[response + node + 1] - low))
 
 
 @compiled_part

@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 
 from backends.world.ground import CELLS_PER_M, line_shades, map_shades
 from backends.world.layout import Box, Infrared, Lamp, Light, Line, Round, Senses, Wall, World
-from backends.world.response import fitted, straight
+from backends.world.response import fitted
 from sceann_hil.plugins import Misfit, Section
 
 Point = tuple[float, float]
@@ -126,7 +126,7 @@ class InfraredConfig(Section):
             at_m=self.at_m or on_rim(radius_m, self.direction_deg),
             direction_rad=float(np.deg2rad(self.direction_deg)),
             range_m=self.range_m,
-            response=fitted(self.response, self.range_m) if self.response else straight(),
+            response=fitted(self.response, self.range_m) if self.response else None,
             half_width_rad=float(np.deg2rad(self.half_width_deg)),
             rays=self.rays,
         )

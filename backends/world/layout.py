@@ -95,7 +95,8 @@ class Infrared:
         at_m: where it is.
         direction_rad: where it looks, counter-clockwise from straight ahead.
         range_m: how far it sees.
-        response: reading 0..1 at `NODES` equal steps of distance from 0 to the range.
+        response: reading 0..1 at `NODES` equal steps of distance from 0 to the range; None for 1 at contact, falling
+            evenly to 0 at the range.
         half_width_rad: half of its opening.
         rays: how many lines stand for that opening; the reading is their mean.
     """
@@ -103,7 +104,7 @@ class Infrared:
     at_m: tuple[float, float]
     direction_rad: float
     range_m: float
-    response: tuple[float, ...]
+    response: tuple[float, ...] | None = None
     half_width_rad: float = 0.0
     rays: int = 1
 
@@ -241,13 +242,13 @@ def _rays(sensors: tuple[Infrared, ...]) -> tuple[list[tuple[float, ...]], list[
     rays: list[tuple[float, ...]] = []
     responses: list[tuple[float, ...]] = []
     for number, sensor in enumerate(sensors):
-        if sensor.response not in responses:
+        if sensor.response is not None and sensor.response not in responses:
             responses.append(sensor.response)
         # each ray stands in the middle of an equal part of the opening
         parts = (np.arange(sensor.rays) + 0.5) / sensor.rays * 2.0 - 1.0
         for part in parts.tolist():
             direction = _unit(sensor.direction_rad + part * sensor.half_width_rad)
-            which = responses.index(sensor.response) * NODES
+            which = -1 if sensor.response is None else responses.index(sensor.response) * NODES
             rays.append((number, 1.0 / sensor.rays, *sensor.at_m, *direction, sensor.range_m, which))
     return rays, responses
 

@@ -54,11 +54,12 @@ def meet_arena(work: Float32Array, parameters: Float32Array) -> None:
         dx, dy = work[DX, lane], work[DY, lane]
         ahead_x = (width if dx > _F(0.0) else _F(0.0)) - work[OX, lane]
         ahead_y = (height if dy > _F(0.0) else _F(0.0)) - work[OY, lane]
-        tx = ahead_x / (dx if abs(dx) > _TINY else _TINY)
-        ty = ahead_y / (dy if abs(dy) > _TINY else _TINY)
-        tx = tx if abs(dx) > _TINY else _FAR
-        ty = ty if abs(dy) > _TINY else _FAR
-        work[NEAR, lane] = min(work[NEAR, lane], max(min(tx, ty), _F(0.0)))
+        dx = dx if abs(dx) > _TINY else _TINY
+        dy = dy if abs(dy) > _TINY else _TINY
+        # one division for both directions
+        inverse = _F(1.0) / (dx * dy)
+        nearest = min(ahead_x * dy * inverse, ahead_y * dx * inverse)
+        work[NEAR, lane] = min(work[NEAR, lane], max(nearest, _F(0.0)))
 
 
 @compiled_part
@@ -116,7 +117,8 @@ def _meet_box(
         dy = c * work[DY, lane] - s * work[DX, lane]
         dx = dx if abs(dx) > _TINY else _TINY
         dy = dy if abs(dy) > _TINY else _TINY
-        ix, iy = _F(1.0) / dx, _F(1.0) / dy
+        inverse = _F(1.0) / (dx * dy)
+        ix, iy = dy * inverse, dx * inverse
         ax, bx = (-half_x - ox) * ix, (half_x - ox) * ix
         ay, by = (-half_y - oy) * iy, (half_y - oy) * iy
         enters = max(min(ax, bx), min(ay, by))

@@ -9,11 +9,6 @@ import numpy as np
 from backends.world.layout import NODES
 
 
-def straight() -> tuple[float, ...]:
-    """1 at contact, 0 at the end of the range."""
-    return tuple(np.linspace(1.0, 0.0, NODES).tolist())
-
-
 def fitted(table: Sequence[tuple[float, float]], range_m: float) -> tuple[float, ...]:
     """A curve through measured readings; several readings of one distance are averaged.
 

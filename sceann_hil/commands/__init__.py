@@ -41,6 +41,11 @@ COMMANDS: dict[str, Entry] = {
     "resume": Entry(
         Topic.EVOLVE, "evolve", "Go on with a run that was stopped, paused or killed, or whose budget was spent."
     ),
+    "transfer": Entry(
+        Topic.EVOLVE,
+        "transfer",
+        "Find the controller for a robot in a few trials, helped by many simulated robots.",
+    ),
     "plan": Entry(Topic.EVOLVE, "prepare", "Show what a configuration will cost, without running anything."),
     "rehearse": Entry(
         Topic.EVOLVE,
@@ -66,7 +71,9 @@ COMMANDS: dict[str, Entry] = {
         "Check that nothing in a run or a study was changed, lost or damaged since it was written.",
     ),
     "copy": Entry(Topic.LOOK, "soundness", "Copy a run or a study, also while somebody works on it."),
-    "export-csv": Entry(Topic.LOOK, "inspect", "Write a run's generations, individuals and trials as CSV files."),
+    "export-csv": Entry(
+        Topic.LOOK, "inspect", "Write a run's generations, individuals and trials, or a study's runs, as CSV files."
+    ),
     "doctor": Entry(
         Topic.ROBOT,
         "hardware",

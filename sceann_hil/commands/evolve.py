@@ -6,6 +6,7 @@ import time
 from contextlib import ExitStack
 from datetime import datetime
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -28,11 +29,12 @@ from sceann_hil.commands.arguments import (
     overrides_of,
     print_json,
 )
-from sceann_hil.commands.printing import pasted, print_table
+from sceann_hil.commands.printing import print_table
 from sceann_hil.commands.progress import show_preparation, show_progress
-from sceann_hil.commands.recording import Live, Record, RecordChoice, recorded, watched_live
+from sceann_hil.commands.recording import Live, Record, RecordChoice, must_be_watchable, recorded, watched_live
 from sceann_hil.config import load_config
 from sceann_hil.errors import ExitCode, as_user_error
+from sceann_hil.pasting import pasteable
 from sceann_hil.run.ancestor import Ancestor, Take
 from sceann_hil.run.champion import champion_of
 from sceann_hil.run.experiment import Experiment, Outcome
@@ -83,7 +85,7 @@ def evolve(
     directory = out or Path("runs") / f"{config.stem}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
     with Experiment.create(settings, directory, Ancestor(ancestor, take) if ancestor else None) as experiment:
         try:
-            _run(experiment, record, live, as_json, more=more)
+            run_experiment(experiment, record, live, as_json, more=more)
         except (Exception, KeyboardInterrupt) as error:
             # no robot, no panel, Ctrl-C meanwhile: the same command should work once that is put right
             if as_user_error(error) is not None and experiment.forget():
@@ -118,10 +120,10 @@ def resume(
     with Experiment.open(
         directory, accept_other_versions=accept_versions, from_generation=from_generation
     ) as experiment:
-        _run(experiment, record, live, as_json, operator=operator, more=more)
+        run_experiment(experiment, record, live, as_json, operator=operator, more=more)
 
 
-def _run(
+def run_experiment(
     experiment: Experiment,
     record: RecordChoice,
     live: bool,
@@ -130,6 +132,7 @@ def _run(
     operator: str | None = None,
     more: dict[str, float] | None = None,
 ) -> None:
+    """Run an experiment from wherever it stands, with all that a person sees of it; leaves with an exit code."""
     console = Console(stderr=True, highlight=False)
     settings = experiment.config.operator
     if operator is not None:
@@ -137,13 +140,15 @@ def _run(
     with show_preparation(console) as preparing:
         experiment.config.algorithm.prepare(experiment.config, preparing)
     robot = experiment.config.robot.build()
+    if live:
+        must_be_watchable(robot)
     with ExitStack() as connected:
         # entered first, so left last: the robot is let go before anybody waits for recordings
         connected.enter_context(recorded(console, experiment.directory, record))
         with console.status(f"Getting {robot.spec.name} ready (compiled once, which takes some seconds)..."):
             connected.enter_context(robot)
         if live:
-            connected.enter_context(watched_live(robot, experiment.directory))
+            connected.enter_context(watched_live(robot, experiment.directory, partial(_show, console)))
         started = time.monotonic()
         show = partial(_show, console)
         last = experiment.config.algorithm.generations
@@ -160,10 +165,13 @@ def _run(
             # whoever asks for the end waits for no recordings
             raise typer.Exit(_EXIT_CODES[outcome])
     summary = _summary(experiment, outcome, evolved_s)
+    conclusion = _conclusion(experiment)
     if as_json:
-        print_json(summary)
+        print_json(summary if conclusion is None else {**summary, "conclusion": conclusion.document})
     else:
         _print_summary(Console(highlight=False), summary, record)
+        for line in conclusion.lines if conclusion is not None else ():
+            Console(highlight=False).print(line, markup=False, soft_wrap=True)
     if outcome in _EXIT_CODES:
         raise typer.Exit(_EXIT_CODES[outcome])
 
@@ -176,6 +184,15 @@ _EXIT_CODES = {
     Outcome.TERMINATED: ExitCode.TERMINATED,
     Outcome.HUNG_UP: ExitCode.HUNG_UP,
 }
+
+
+def _conclusion(experiment: Experiment) -> Any:
+    """What the algorithm has to say of the run so far, if it has anything to say."""
+    where = experiment.config.algorithm.conclusion
+    if where is None or not experiment.journal.reader.generations(finished=True):
+        return None
+    module, _, function = where.partition(":")
+    return getattr(import_module(module), function)(experiment.directory)
 
 
 def _soon(desk: Desk) -> str:
@@ -225,6 +242,6 @@ def _print_summary(console: Console, summary: dict[str, Any], record: RecordChoi
     follow += [] if record is RecordChoice.NONE else ["view"]
     reason = summary["why_stopped"]
     if reason:
-        console.print(f"{reason}.", markup=False, soft_wrap=True)
+        console.print(f"{reason}.", soft_wrap=True)
     for command in follow:
-        console.print(f"  sceann {command} {pasted(directory)}", soft_wrap=True)
+        console.print(f"  sceann {command} {pasteable(directory)}", markup=False, soft_wrap=True)

@@ -16,7 +16,7 @@ from rich.progress import Progress
 from sceann_hil.commands.arguments import AsJson, RunDirectory, print_json
 from sceann_hil.errors import FirmwareBuildFailed, RobotUnreachable, VerifyDiffers
 from sceann_hil.firmware.build import Board, board_named
-from sceann_hil.firmware.flash import OnRobot, Unplugged, flash, flash_genome, meet, opened, plan_flash
+from sceann_hil.firmware.flash import UPLOAD_BAUDS, OnRobot, Unplugged, flash, flash_genome, meet, opened, plan_flash
 from sceann_hil.firmware.from_run import BEST, load_image, recorded_sensors
 from sceann_hil.firmware.header import Optimize, c_header, checked_name, write_header
 from sceann_hil.firmware.verify import random_sequences, verify
@@ -82,6 +82,9 @@ def flash_board(
     on_button: Annotated[
         bool, typer.Option("--on-button", help="With --autorun: when the start button is pressed, not by itself.")
     ] = False,
+    upload_baud: Annotated[
+        int, typer.Option("--upload-baud", help="Speed of the boot loader; 57600 is tried by itself.")
+    ] = UPLOAD_BAUDS[0],
     header_only: Annotated[bool, typer.Option("--header-only", help="Only write controller.h here.")] = False,
     build_only: Annotated[bool, typer.Option("--build-only", help="Build the firmware, touch no board.")] = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Build, and say what would be done.")] = False,
@@ -114,7 +117,7 @@ def flash_board(
     if board is None:
         raise typer.BadParameter("expected --board, or --genome-only for a robot that has the firmware")
     kind = board_named(board)
-    plan = plan_flash(image, kind, port, baud)
+    plan = plan_flash(image, kind, port, baud, upload_baud)
     if build_only:
         console.print(f"firmware  {plan.image}", markup=False, soft_wrap=True)
     elif dry_run:
@@ -124,7 +127,7 @@ def flash_board(
         )
     else:
         port = port or the_only_port()
-        _tell(console, flash(image, plan_flash(image, kind, port, baud), port, baud, unplugged))
+        _tell(console, flash(image, plan_flash(image, kind, port, baud, upload_baud), port, baud, unplugged))
 
 
 def _tell(console: Console, on_robot: OnRobot) -> None:

@@ -29,6 +29,7 @@ from sceann_hil.commands.printing import print_table
 from sceann_hil.config import ExperimentConfig, with_robot_of
 from sceann_hil.errors import ConfigError, NotARun
 from sceann_hil.journal import AttemptKind, IndividualRow, JournalReader
+from sceann_hil.places import make_folder
 from sceann_hil.robot import GapEstimate
 from sceann_hil.robot.signal_names import motor_names, sensor_names
 from sceann_hil.run.champion import champion_of
@@ -38,7 +39,12 @@ from sceann_hil.supervision.drift import Drift
 from sceann_hil.timespans import duration_text
 
 OnRobot = Annotated[
-    Path | None, typer.Option("--on", metavar="ROBOT", help="YAML file with the other robot's section `robot`.")
+    Path | None,
+    typer.Option(
+        "--on",
+        metavar="ROBOT",
+        help="YAML file with the other robot's section robot; its operator, budget and suspenders hold too.",
+    ),
 ]
 
 
@@ -68,7 +74,7 @@ def compare(
     more = more_of(budget_robot, budget_wall, budget_trials)
     reader = JournalReader(directory)
     simulated, real = _pair(journalled_config(reader), on, operator)
-    rows = _best(reader, top)
+    rows = _best(reader, top, keeps_best=simulated.algorithm.keeps_best)
     genomes = np.stack([row.genome_bits(simulated.genome_length) for row in rows])
     # before the robot moves: a place that cannot be written to must not cost a measurement
     folder = _folder(directory, "compare")
@@ -115,7 +121,8 @@ def repeat(
     more = more_of(budget_robot, budget_wall, budget_trials)
     reader = JournalReader(directory)
     config = journalled_config(reader).with_changes(settings=operator_override(operator))
-    config = with_robot_of(config, on) if on is not None else config
+    if on is not None:
+        config = with_robot_of(config, on).with_changes(settings=operator_override(operator))
     row = _individual(reader, genome)
     folder = _folder(directory, "repeat")
     measurement, _ = measured(directory, config, "repeat", row.genome_bits(config.genome_length)[None], n, more)
@@ -183,7 +190,9 @@ def drift(directory: RunDirectory, as_json: AsJson = False) -> None:
 def _pair(config: ExperimentConfig, on: Path | None, operator: str | None) -> tuple[ExperimentConfig, ExperimentConfig]:
     """The run's configuration on the simulated robot, and on the other one."""
     config = config.with_changes(settings=operator_override(operator))
-    other = with_robot_of(config, on) if on is not None else None
+    other = None
+    if on is not None:
+        other = with_robot_of(config, on).with_changes(settings=operator_override(operator))
     if config.robot.spec.repeatable and other is not None:
         return config, other
     body = config.robot.simulated
@@ -197,12 +206,15 @@ def _pair(config: ExperimentConfig, on: Path | None, operator: str | None) -> tu
     )
 
 
-def _best(reader: JournalReader, top: int) -> list[IndividualRow]:
-    """The best different genomes of the last finished generation."""
+def _best(reader: JournalReader, top: int, *, keeps_best: bool) -> list[IndividualRow]:
+    """The best different genomes of a run, its champion first."""
     finished = reader.generations(finished=True)
     if not finished:
         raise NotARun(f"{reader.directory} has no finished generation yet.", "`sceann resume` it first.")
-    rows = sorted(reader.individuals(finished[-1].number), key=lambda row: -(row.fitness or 0.0))
+    # where the best are not kept, any generation may have them
+    numbers = [finished[-1].number] if keeps_best else [row.number for row in finished]
+    rows = [row for number in numbers for row in reader.individuals(number)]
+    rows.sort(key=lambda row: -(row.fitness or 0.0))
     return list({row.genome: row for row in reversed(rows)}.values())[::-1][:top]
 
 
@@ -219,7 +231,7 @@ def _individual(reader: JournalReader, genome: str) -> IndividualRow:
 
 def _folder(directory: Path, name: str) -> Path:
     folder = directory / "reports" / name
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     return folder
 
 

@@ -8,15 +8,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from sceann_hil.commands.arguments import AsJson, RunDirectory, print_json
-from sceann_hil.commands.printing import pasted, print_table, shown
+from sceann_hil.commands.printing import print_table
 from sceann_hil.config import outline_of
 from sceann_hil.errors import ReplayDiffers
 from sceann_hil.journal import AttemptRow, JournalReader, RunLock
 from sceann_hil.journal.tables import export_csv
 from sceann_hil.journal.verify import require_sound
+from sceann_hil.pasting import pasteable
 from sceann_hil.run.champion import champion_of
 from sceann_hil.versions import running_versions, version_differences
 
@@ -42,7 +44,8 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
     generations = reader.generations(finished=True)
     champion = champion_of(reader, keeps_best=outline.keeps_best)
     last = outline.generations
-    finished = len(generations) == last + 1
+    events = reader.events()
+    finished = len(generations) == last + 1 or (bool(events) and events[-1][2] == "finished")
     state = "finished" if finished else "running" if RunLock.is_held(directory) else "stopped"
     best = max(generations, key=lambda row: row.best_fitness or 0.0, default=None)
     document: dict[str, Any] = {
@@ -66,7 +69,7 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
         return
     console = Console(highlight=False)
     table = Table(show_header=False)
-    table.add_row("folder", shown(directory))
+    table.add_row("folder", escape(str(directory)))
     table.add_row("created", run.created_at)
     table.add_row("task, robot", f"{outline.task}, {outline.robot}")
     table.add_row("algorithm, coding", f"{outline.algorithm}, {outline.coding}")
@@ -83,7 +86,7 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
     if generations:
         console.print("best fitness by generation", _sparkline([row.best_fitness or 0.0 for row in generations]))
     if state == "stopped":
-        console.print(f"  sceann resume {pasted(directory)}", soft_wrap=True)
+        console.print(f"  sceann resume {pasteable(directory)}", markup=False, soft_wrap=True)
 
 
 def replay_trial(
@@ -166,14 +169,35 @@ def _other_versions(reader: JournalReader) -> list[str]:
 
 
 def export_tables(
-    directory: RunDirectory,
+    directory: Annotated[
+        Path, typer.Argument(metavar="DIR", help="Folder of a run, or of a study.", show_default=False)
+    ],
     out: Annotated[Path | None, typer.Option("--out", metavar="FOLDER", show_default="DIR/tables")] = None,
+    form: Annotated[
+        str, typer.Option("--format", metavar="FORMAT", help="csv; of a study also parquet, for large ones.")
+    ] = "csv",
 ) -> None:
-    """Write a run's generations, individuals and trials as CSV files.
+    """Write a run's generations, individuals and trials, or a study's conditions and runs, as CSV files.
 
     Example: sceann export-csv runs/first --out tables
     """
-    for path in export_csv(JournalReader(directory), out or directory / "tables"):
+    folder = out or directory / "tables"
+    if form not in ("csv", "parquet"):
+        raise typer.BadParameter(f"expected csv or parquet, got {form}", param_hint="--format")
+    # a study's modules are slow to import, and few exports are of one
+    from sceann_hil.study.schema import STUDY_NAME
+
+    if (directory / STUDY_NAME).exists():
+        from sceann_hil.study.store import StudyReader
+        from sceann_hil.study.tables import Format, export_study
+
+        with StudyReader(directory) as reader:
+            paths = export_study(reader, folder, Format(form))
+    elif form == "parquet":
+        raise typer.BadParameter("parquet is for studies; this is a run", param_hint="--format")
+    else:
+        paths = export_csv(JournalReader(directory), folder)
+    for path in paths:
         typer.echo(path)
 
 

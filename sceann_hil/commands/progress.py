@@ -9,7 +9,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 
 from rich.cells import cell_len
 from rich.console import Console, RenderableType
@@ -150,9 +150,11 @@ class Clock:
             Phase.RUNNING: "running",
             Phase.BEFORE: "waits for you",
             Phase.AFTER: "waits for your verdict",
-            Phase.PAUSED: "paused",
-            Phase.SUSPENDED: "suspended",
         }.get(view.phase, "between trials")
+        if view.phase is Phase.PAUSED:
+            doing = f"paused ({view.reason})"
+        if view.phase is Phase.SUSPENDED:
+            doing = status.warnings[0] if status.warnings else f"suspended: {view.reason}"
         parts = [
             f"trial {min(status.done + 1, status.todo)} of {status.todo}",
             f"{doing} {_clock(time.monotonic() - self._since_s)}",
@@ -193,10 +195,13 @@ def _lines_by_trial(console: Console, desk: Desk) -> Iterator[Callable[[RunProgr
     over = threading.Event()
 
     def watch() -> None:
-        shown = None
+        shown, waiting = None, ""
         while not over.wait(_SECONDS_BETWEEN_LINES):
             view = desk.view()
             newest = view.history[0] if view.history else None
+            if view.phase is Phase.SUSPENDED and view.reason != waiting:
+                console.print(f"{'; '.join(view.status.warnings)}; waiting until it is good again", soft_wrap=True)
+            waiting = view.reason if view.phase is Phase.SUSPENDED else ""
             if newest is not None and newest is not shown:
                 shown = newest
                 status = view.status
@@ -229,7 +234,8 @@ def show_trials(console: Console, robot: str, n_trials: int, desk: Desk | None =
     """
     columns = (TextColumn("{task.description}"), MofNCompleteColumn(), BarColumn(), TextColumn("ETA"))
     if not console.is_terminal:
-        yield _line_of_trials(console, robot)
+        with _lines_by_trial(console, desk) if desk is not None else nullcontext():
+            yield _line_of_trials(console, robot) if desk is None else lambda *_: None
         return
     with _Clocked(*columns, TimeRemainingColumn(compact=True), console=console, transient=True, desk=desk) as bar:
         shown = bar.add_task(f"trials on {robot}", total=n_trials)

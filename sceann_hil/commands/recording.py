@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -11,10 +12,13 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from sceann_hil.commands.printing import pasted, shown
+from sceann_hil.errors import ViewerUnavailable
+from sceann_hil.pasting import pasteable
 from sceann_hil.recording import Detail, RecorderProcess, RecorderStatus, State
+from sceann_hil.recording.display import require_display
 from sceann_hil.recording.feed import LiveFeed
 from sceann_hil.robot import Robot
 
@@ -40,14 +44,46 @@ Live = Annotated[
 ]
 
 
+def must_be_watchable(robot: Robot) -> None:
+    """Refuse a live view that would show nothing.
+
+    Raises:
+        ViewerUnavailable: the robot has no steps to watch, or there is no display.
+    """
+    if robot.spec.batch_size != 1:
+        raise ViewerUnavailable(
+            f"--live: {robot.spec.name} does whole batches of trials at once; there are no steps to watch.",
+            "Leave --live out; `sceann view RUN` shows every trial afterwards.",
+        )
+    require_display()
+
+
 @contextmanager
-def watched_live(robot: Robot, directory: Path) -> Iterator[None]:
-    """Show the robot's trials during the block. What goes wrong with the viewer is in the recording's ``live.log``."""
+def watched_live(robot: Robot, directory: Path, show: Callable[[str], object]) -> Iterator[None]:
+    """Show the robot's trials during the block. The run goes on without a viewer, but not without saying so.
+
+    Args:
+        robot: whose trials.
+        directory: of the run.
+        show: prints a line.
+    """
     feed = LiveFeed(directory)
+    over = threading.Event()
+
+    def watch() -> None:
+        while not over.wait(_SECONDS_BETWEEN_LOOKS):
+            if failure := feed.failure:
+                show(f"! The live view has ended, the run goes on: {failure}")
+                return
+
+    watcher = threading.Thread(target=watch, name="live view", daemon=True)
+    watcher.start()
     robot.observe(feed)
     try:
         yield
     finally:
+        over.set()
+        watcher.join()
         robot.observe(None)
         feed.close()
 
@@ -79,9 +115,11 @@ def recorded(console: Console, directory: Path, choice: RecordChoice) -> Iterato
         console.print("Recording goes on in the background.")
         return
     if status.state is State.FAILED:
-        console.print(f"[bold red]Not everything was recorded:[/] {shown(status.message)}", soft_wrap=True)
+        console.print(f"[bold red]Not everything was recorded:[/] {escape(status.message)}", soft_wrap=True)
         console.print(
-            f"The run itself is complete; `sceann record {pasted(directory)}` makes the rest.", soft_wrap=True
+            f"The run itself is complete; `sceann record {pasteable(directory)}` makes the rest.",
+            markup=False,
+            soft_wrap=True,
         )
 
 

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from sceann_hil.commands.arguments import AsJson, print_json
@@ -14,6 +15,7 @@ from sceann_hil.errors import RunIsDamaged
 from sceann_hil.journal import JOURNAL_NAME, JournalReader
 from sceann_hil.journal.copying import copy_beside, copy_database, new_folder
 from sceann_hil.journal.verify import Verdict, examine
+from sceann_hil.pasting import pasteable
 from sceann_hil.study.schema import STUDY_NAME
 
 Place = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run, or of a study.", show_default=False)]
@@ -51,7 +53,7 @@ def check(directory: Place, as_json: AsJson = False) -> None:
         n = len(verdict.damage)
         raise RunIsDamaged(
             f"{directory}: {n} place{'s are' if n > 1 else ' is'} not as {'they were' if n > 1 else 'it was'} written.",
-            verdict.way_out.replace(" DIR ", f" {directory} "),
+            verdict.way_out.replace(" DIR ", f" {pasteable(directory)} "),
         )
 
 
@@ -93,7 +95,7 @@ def _print(directory: Path, verdict: Verdict) -> None:
     for place in verdict.damage:
         console.print(place, markup=False, soft_wrap=True)
     table = Table(show_header=False)
-    table.add_row("folder", str(directory))
+    table.add_row("folder", escape(str(directory)))
     table.add_row("generations", f"{verdict.generations} finished")
     if verdict.damage:
         sound = "none" if verdict.last_sound is None else str(verdict.last_sound)

@@ -7,11 +7,12 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 
 from sceann_hil.commands.arguments import Overrides, Seed, overrides_of
-from sceann_hil.commands.printing import pasted
 from sceann_hil.commands.study_progress import show_study_progress, told_when_interrupted
 from sceann_hil.errors import ConfigError
+from sceann_hil.pasting import pasteable
 from sceann_hil.study import LocalWorkers, Study, cores, load_study, run_study
 from sceann_hil.study.runner import Workers
 
@@ -73,7 +74,7 @@ def _files(config: Path) -> list[Path]:
 
 def _run(studies: list[Study], directory: Path, workers: Workers, console: Console, accept_versions: bool) -> None:
     for one in studies:
-        console.rule(f"[bold]{one.config.name}[/]", align="left")
+        console.rule(f"[bold]{escape(one.config.name)}[/]", align="left")
         with told_when_interrupted(console), show_study_progress(console) as observer:
             run_study(one, directory / one.config.name, workers, observer, accept_other_versions=accept_versions)
-    console.print(f"  sceann report {pasted(directory)}", soft_wrap=True)
+    console.print(f"  sceann report {pasteable(directory)}", markup=False, soft_wrap=True)

@@ -50,8 +50,14 @@ def changed(config: ExperimentConfig, changes: Mapping[str, Any], settings: Sequ
     return validated(with_overrides(_changed(document, changes), settings))
 
 
+BESIDE_ROBOT = ("operator", "budget", "suspenders")
+"""Sections that belong to a robot more than to what it does: who stands beside it, and what it can take."""
+
+
 def with_robot_of(config: ExperimentConfig, path: FilePath) -> ExperimentConfig:
     """`config` on the robot of a YAML file, which may hold no more than its section `robot`.
+
+    Sections that are about working with that robot (`BESIDE_ROBOT`) hold too where the file has them.
 
     Raises:
         ConfigError: the file cannot be read or has no robot, or the robot does not suit the rest.
@@ -61,7 +67,9 @@ def with_robot_of(config: ExperimentConfig, path: FilePath) -> ExperimentConfig:
     if not isinstance(robot, dict):
         fail(Place(0, 0, 0, str(path)), f"expected a section robot, got {shown(robot)}")
     document = Document(str(path), config.model_dump(mode="json"))
-    put(document, ("robot",), written.below(("robot",)), written.place_of_key(("robot",)))
+    for name in ("robot", *BESIDE_ROBOT):
+        if name == "robot" or isinstance(written.data.get(name), dict):
+            put(document, (name,), written.below((name,)), written.place_of_key((name,)))
     return validated(document)
 
 

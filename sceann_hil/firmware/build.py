@@ -33,6 +33,10 @@ class Board(StrEnum):
     """Arduino Uno and other ATmega328P boards at 16 MHz."""
     STM32F405 = "stm32f405"
     """STM32F405, also QEMU's netduinoplus2."""
+    PICO = "pico"
+    """Raspberry Pi Pico (RP2040), with a body of its own."""
+    MICROBIT = "microbit"
+    """BBC micro:bit, version 1 (nRF51822)."""
     LM3S6965 = "lm3s6965"
     """QEMU's lm3s6965evb, with an I2C EEPROM."""
 
@@ -73,6 +77,7 @@ _ARM = ("-mthumb", *_SMALL, "-ffreestanding")
 _ARM_LINK = ("--specs=nano.specs", "-nostartfiles")
 _ARM_PACKAGES = "gcc-arm-none-eabi libnewlib-arm-none-eabi"
 CORTEX_M0 = Toolchain("arm-none-eabi-gcc", _ARM_PACKAGES, ("-mcpu=cortex-m0plus", *_ARM), _ARM_LINK)
+NRF51 = Toolchain("arm-none-eabi-gcc", _ARM_PACKAGES, ("-mcpu=cortex-m0", *_ARM), _ARM_LINK)
 CORTEX_M3 = Toolchain("arm-none-eabi-gcc", _ARM_PACKAGES, ("-mcpu=cortex-m3", *_ARM), _ARM_LINK)
 CORTEX_M4 = Toolchain("arm-none-eabi-gcc", _ARM_PACKAGES, ("-mcpu=cortex-m4", *_ARM), _ARM_LINK)
 
@@ -84,7 +89,14 @@ RISCV = Toolchain(
 )
 """32-bit RISC-V as in the ESP32-C3; for headers."""
 
-TOOLCHAINS = {Board.POSIX: HOST_GCC, Board.UNO: AVR, Board.STM32F405: CORTEX_M4, Board.LM3S6965: CORTEX_M3}
+TOOLCHAINS = {
+    Board.POSIX: HOST_GCC,
+    Board.UNO: AVR,
+    Board.STM32F405: CORTEX_M4,
+    Board.PICO: CORTEX_M0,
+    Board.MICROBIT: NRF51,
+    Board.LM3S6965: CORTEX_M3,
+}
 
 
 def find_tool(name: str, package: str) -> str:

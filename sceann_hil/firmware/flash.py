@@ -12,6 +12,7 @@ from pathlib import Path
 
 from sceann_hil.errors import FirmwareBuildFailed, FlashFailed, ToolMissing
 from sceann_hil.firmware.build import AVR, TOOLCHAINS, Board, build_board, find_tool
+from sceann_hil.firmware.uf2 import uf2
 from sceann_hil.link.descriptor import Capability, Descriptor
 from sceann_hil.link.messages import store_arguments
 from sceann_hil.link.numbers import FIRMWARE_VERSION, MAX_MOTORS, MAX_SENSORS
@@ -114,7 +115,13 @@ def firmware_flags(image: ControllerImage, board: Board, baud: int = BAUD) -> tu
     return (f"-DSCEANN_UNO_SENSORS={size.n_sensors}u", f"-DBAUD={baud}UL")
 
 
-def plan_flash(image: ControllerImage, board: Board, port: str | None, baud: int = BAUD) -> FlashPlan:
+UPLOAD_BAUDS = (115_200, 57_600)
+"""Of boot loaders: Unos and newer Nanos, older Nanos and many clones."""
+
+
+def plan_flash(
+    image: ControllerImage, board: Board, port: str | None, baud: int = BAUD, upload_baud: int = UPLOAD_BAUDS[0]
+) -> FlashPlan:
     """Builds the firmware and says how it would be uploaded.
 
     Args:
@@ -122,6 +129,7 @@ def plan_flash(image: ControllerImage, board: Board, port: str | None, baud: int
         board: which board.
         port: serial port, for boards that are flashed through it.
         baud: speed of the link that the uno's firmware is built for.
+        upload_baud: speed of the uno's boot loader.
 
     Raises:
         FirmwareBuildFailed, ToolMissing: it cannot be built.
@@ -132,22 +140,31 @@ def plan_flash(image: ControllerImage, board: Board, port: str | None, baud: int
             hexfile = elf.with_suffix(".hex")
             objcopy = find_tool("avr-objcopy", AVR.package)
             subprocess.run([objcopy, "-O", "ihex", "-R", ".eeprom", str(elf), str(hexfile)], check=True)
-            options = ("-c", "arduino", "-p", "m328p", "-P", port or "PORT", "-b", "115200", "-D")
+            options = ("-c", "arduino", "-p", "m328p", "-P", port or "PORT", "-b", str(upload_baud), "-D")
             return FlashPlan(board, elf, ("avrdude", *options, "-U", f"flash:w:{hexfile}:i"), "avrdude")
         case Board.STM32F405 if shutil.which("openocd") is None and shutil.which("st-flash") is not None:
             binary = elf.with_suffix(".bin")
             objcopy = find_tool("arm-none-eabi-objcopy", TOOLCHAINS[board].package)
             subprocess.run([objcopy, "-O", "binary", str(elf), str(binary)], check=True)
             return FlashPlan(board, elf, ("st-flash", "--reset", "write", str(binary), "0x08000000"), "stlink-tools")
-        case Board.STM32F405 | Board.LM3S6965:
+        case Board.PICO:
+            binary = elf.with_suffix(".bin")
+            objcopy = find_tool("arm-none-eabi-objcopy", TOOLCHAINS[board].package)
+            subprocess.run([objcopy, "-O", "binary", str(elf), str(binary)], check=True)
+            file = elf.with_suffix(".uf2")
+            file.write_bytes(uf2(binary.read_bytes()))
+            return FlashPlan(board, elf, ("picotool", "load", "-v", "-x", str(file)), "picotool")
+        case Board.STM32F405 | Board.LM3S6965 | Board.MICROBIT:
             scripts = {
+                Board.MICROBIT: ("-f", "interface/cmsis-dap.cfg", "-f", "target/nrf51.cfg"),
                 Board.STM32F405: ("-f", "interface/stlink.cfg", "-f", "target/stm32f4x.cfg"),
                 Board.LM3S6965: (
                     "-f",
                     "board/ek-lm3s6965.cfg",
                 ),
             }
-            program = f"program {elf} verify reset exit"
+            # in braces, as openocd takes paths with spaces
+            program = f"program {{{elf}}} verify reset exit"
             return FlashPlan(board, elf, ("openocd", *scripts[board], "-c", program), "openocd")
         case Board.POSIX:
             raise ToolMissing(
@@ -157,20 +174,37 @@ def plan_flash(image: ControllerImage, board: Board, port: str | None, baud: int
 
 
 def upload_firmware(plan: FlashPlan) -> None:
-    """Runs the upload tool.
+    """Runs the upload tool; a boot loader that does not answer at one speed is tried at the other.
 
     Raises:
         ToolMissing: it is not installed.
         FlashFailed: it reports an error; the message holds its last lines.
     """
     tool = find_tool(plan.upload[0], plan.package)
-    done = subprocess.run([tool, *plan.upload[1:]], capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        said = "\n".join((done.stderr or done.stdout).strip().splitlines()[-8:])
+    said = _uploaded(tool, plan.upload)
+    if said and any(words in said for words in _NO_BOOT_LOADER):
+        for other in UPLOAD_BAUDS:
+            speed = str(other)
+            if "-b" in plan.upload and speed not in plan.upload:
+                at = plan.upload.index("-b") + 1
+                if not _uploaded(tool, (*plan.upload[:at], speed, *plan.upload[at + 1 :])):
+                    return
+    if said:
         raise FlashFailed(
             f"{plan.upload[0]} could not write the board:\n{said}",
             f"Check board, port and cable, then try it by hand: {plan.shell}",
         )
+
+
+_NO_BOOT_LOADER = ("not in sync", "programmer is not responding", "not responding")
+
+
+def _uploaded(tool: str, command: tuple[str, ...]) -> str:
+    """The last lines of what the tool said; empty if it succeeded."""
+    done = subprocess.run([tool, *command[1:]], capture_output=True, text=True, check=False)
+    if done.returncode == 0:
+        return ""
+    return "\n".join((done.stderr or done.stdout).strip().splitlines()[-8:]) or f"exit status {done.returncode}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,6 +13,7 @@ from pathlib import Path
 from sceann_hil.errors import RunExists
 from sceann_hil.journal.database import as_ours
 from sceann_hil.journal.seal import Sealer
+from sceann_hil.places import make_folder
 
 
 def copy_database(db: sqlite3.Connection, source: Path, target: Path) -> None:
@@ -50,8 +51,7 @@ def new_folder(place: Path) -> Path:
     """
     if place.exists() and (not place.is_dir() or any(place.iterdir())):
         raise RunExists(f"{place} exists already; nothing was overwritten.", "Choose another --out.")
-    place.mkdir(parents=True, exist_ok=True)
-    return place
+    return make_folder(place)
 
 
 def copy_beside(source: Path, target: Path, *names: str) -> None:

@@ -13,6 +13,7 @@ from sceann_hil.errors import RunExists
 from sceann_hil.journal.reader import JournalReader
 from sceann_hil.journal.rows import AttemptRow, GenerationRow, IndividualRow
 from sceann_hil.journal.schema import SCHEMA_VERSION, columns_of
+from sceann_hil.places import make_folder
 
 _OF_TABLE = {"start": "start", "own_genome": "genome"}
 _TRIAL_COLUMNS = [_OF_TABLE.get(name, name) for name in columns_of("attempt") if not name.endswith("_at")]
@@ -43,7 +44,7 @@ def export_csv(reader: JournalReader, folder: Path) -> list[Path]:
     for path in paths.values():
         if path.exists():
             raise RunExists(f"{path} exists already; nothing was overwritten.", "Choose another --out.")
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     making = {name: folder / f".{name}.csv.new" for name in tables}
     try:
         for name, (columns, rows) in tables.items():

@@ -49,7 +49,8 @@ class LiveFeed:
         self.dropped = 0
         paths = RecordingPaths(run_dir)
         paths.folder.mkdir(exist_ok=True)
-        with (paths.folder / "live.log").open("ab") as log:
+        self._log = paths.folder / "live.log"
+        with self._log.open("wb") as log:
             self._process = subprocess.Popen(
                 [sys.executable, "-m", "sceann_hil.recording.live", str(run_dir), target],
                 stdin=subprocess.PIPE,
@@ -63,6 +64,14 @@ class LiveFeed:
         self._pipe = self._process.stdin
         os.set_blocking(self._pipe.fileno(), False)
         self._trial_id = 0
+
+    @property
+    def failure(self) -> str:
+        """Why nothing is shown any more, in the words of the process with the viewer; empty as long as it runs."""
+        if self._process.poll() is None:
+            return ""
+        said = [line.strip() for line in self._log.read_text(errors="replace").splitlines() if line.strip()]
+        return f"{said[-1] if said else f'exit code {self._process.returncode}'} (all of it is in {self._log})"
 
     @property
     def pid(self) -> int:

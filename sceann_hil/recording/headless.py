@@ -13,9 +13,8 @@ from pathlib import Path
 from rerun.experimental import ViewerClient
 
 from sceann_hil.errors import ViewerUnavailable
+from sceann_hil.recording.display import NO_DISPLAY
 from sceann_hil.recording.rrd import VIEWER, quiet_environment
-
-NO_DISPLAY = "Use --web for a browser, or run the command on a machine with a screen."
 
 LOCAL = ("--bind", "127.0.0.1")
 """Nobody but this machine may talk to the viewer."""

@@ -15,6 +15,7 @@ import rerun_cli  # type: ignore[import-untyped]
 from rerun.chunk import Chunk, LazyChunkStream, RrdReader
 
 from sceann_hil.errors import DiskFull, RecordingIsDamaged
+from sceann_hil.journal.seal import file_sha256
 
 VIEWER = Path(rerun_cli.__file__).parent / ("rerun.exe" if os.name == "nt" else "rerun")
 """The program itself: the `rerun` script is a wrapper that does not pass signals on."""
@@ -31,11 +32,15 @@ def quiet_environment() -> dict[str, str]:
 
 @contextlib.contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A temporary name beside `path` that becomes `path` at the end of the block, or nothing at all."""
+    """A temporary name beside `path` that becomes `path` at the end of the block, or nothing at all.
+
+    The SHA-256 of the file is written beside it, in the format of `sha256sum`, before the file gets its name.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         yield part
+        _digest_path(path).write_text(f"{file_sha256(part)}  {path.name}\n", encoding="ascii")
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)
@@ -118,8 +123,21 @@ def _no_room(path: Path) -> DiskFull:
     )
 
 
+def _digest_path(path: Path) -> Path:
+    return path.with_name(f".{path.name}.sha256")
+
+
+def _is_as_written(path: Path) -> bool:
+    """False if a file differs from what its digest beside it says; recordings of older versions have none."""
+    try:
+        known = _digest_path(path).read_text(encoding="ascii").split()
+    except (OSError, UnicodeDecodeError):
+        return True
+    return known[:1] == [file_sha256(path)]
+
+
 def check(path: Path, remedy: str) -> int:
-    """Refuse a file that a viewer could not show. Reads its index only, so it is quick.
+    """Refuse a file that a viewer could not show, or in which a byte has changed since it was written.
 
     Args:
         path: a file that exists.
@@ -129,7 +147,7 @@ def check(path: Path, remedy: str) -> int:
         The number of recordings in it.
 
     Raises:
-        RecordingIsDamaged: it is empty, cut off, of another kind, or its index is wrong.
+        RecordingIsDamaged: it is empty, cut off, of another kind, changed, or its index is wrong.
     """
     size = path.stat().st_size
     with path.open("rb") as file:
@@ -151,4 +169,6 @@ def check(path: Path, remedy: str) -> int:
         raise RecordingIsDamaged(f"{path} {what} ({size} bytes).", remedy) from None
     if not recordings:
         raise RecordingIsDamaged(f"{path} is cut off: it ends before its first recording ({size} bytes).", remedy)
+    if not _is_as_written(path):
+        raise RecordingIsDamaged(f"{path} is damaged: its bytes are not those that were written ({size}).", remedy)
     return len(recordings)

@@ -75,6 +75,7 @@ class RunSource:
             drawing=self._robot.drawing,
             start_fields=spec.start_fields,
             state_fields=self._robot.spec.state_fields,
+            accumulation=self._task.accumulation,
         )
         if spec.repeatable:
             self._robot.connect()

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -13,12 +11,12 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from pathlib import Path
 
-from sceann_hil.errors import NotARun, RunIsLocked, ViewerUnavailable
+from sceann_hil.errors import NotARun, RunIsLocked
 from sceann_hil.journal import AttemptRow
 from sceann_hil.recording.catalog import catalog
+from sceann_hil.recording.display import require_display
 from sceann_hil.recording.headless import (
     LOCAL,
-    NO_DISPLAY,
     complaints,
     explain_failure,
     headless_viewer,
@@ -80,7 +78,7 @@ def view(
         ViewerUnavailable: the viewer does not start here, and why.
     """
     if window is Window.NATIVE:
-        _require_display()
+        require_display()
     with prepared(run_dir, screen, report) as source:
         _run_viewer(source, window)
 
@@ -178,11 +176,6 @@ def _present(path: Path) -> Path:
 def _sound(path: Path, run_dir: Path) -> Path:
     check(_present(path), remedy(run_dir))
     return path
-
-
-def _require_display() -> None:
-    if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        raise ViewerUnavailable("There is no display to open a window on.", NO_DISPLAY)
 
 
 def _run_viewer(source: str, window: Window) -> None:

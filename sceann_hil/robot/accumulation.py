@@ -76,9 +76,17 @@ class Accumulation:
         self._trace_values(*_seen(trace, n_motors), values)
         return values
 
+    def so_far(self, values: Floats) -> Floats:
+        """What a trial would be worth if it ended after each of its steps, shape ``(n,)``."""
+        totals = np.zeros(len(values))
+        _totals(values, self.first, self.rule, totals)
+        return self.worth(totals, np.arange(1, len(values) + 1, dtype=np.int32))
+
     def total(self, values: Floats) -> float:
-        """What the values of a trial's steps add up to, in their order."""
-        return float(_total(values, self.first, self.rule))
+        """What the values of a trial's steps, at least one, add up to in their order."""
+        totals = np.zeros(len(values))
+        _totals(values, self.first, self.rule, totals)
+        return float(totals[-1])
 
     def complete(self, trials: Trials, results: Results) -> Results:
         """Results with their totals; a robot that tells its steps need not know of them.
@@ -140,11 +148,11 @@ def _trace_values(sensors: Floats, motors: Floats, states: Floats, values: Float
 
 
 @compiled
-def _total(values: Floats, first: float, rule: int) -> float:
+def _totals(values: Floats, first: float, rule: int, totals: Floats) -> None:
     total = first
     for step in range(values.shape[0]):
         total = combined(total, values[step], rule)
-    return total
+        totals[step] = total
 
 
 def _seen(trace: Trace, n_motors: int) -> tuple[Floats, Floats, Floats]:

@@ -23,6 +23,7 @@ import traceback
 from collections.abc import Callable, Iterator
 from functools import cached_property
 from math import isfinite, sqrt
+from pathlib import Path
 from types import FunctionType
 from typing import Any
 
@@ -151,7 +152,7 @@ class StepValue:
             float(number)
         except Exception as error:
             raise PluginError(
-                f"{self}: it cannot be compiled: {_complaint(error)}.",
+                f"{self}: it cannot be compiled: {_complaint(error, self.function.__code__.co_filename)}.",
                 "A step value may use numbers, loops, conditions, and functions of math and NumPy that Numba knows.",
             ) from error
 
@@ -207,10 +208,12 @@ def shown(values: Floats) -> str:
     return "[" + ", ".join(f"{value:.3g}" for value in values) + "]"
 
 
-def _complaint(error: Exception) -> str:
+def _complaint(error: Exception, file: str) -> str:
     """The sentence and the line of the author's own file in what Numba says."""
     text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))
     sentences = [line.strip() for line in text.splitlines() if line.strip()]
-    own = re.findall(r'File "([^"]+)", line (\d+)', text)
+    lines = [
+        line for path, line in re.findall(r'File "([^"]+)", line (\d+)', text) if Path(path).name == Path(file).name
+    ]
     said = next((line for line in sentences if not line.startswith(("Failed in", "File ", "During", "-"))), text)
-    return f"{said} (line {own[-1][1]} of {own[-1][0]})" if own else said
+    return f"{said.rstrip('.')} (line {lines[-1]})" if lines else said.rstrip(".")

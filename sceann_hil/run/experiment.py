@@ -32,7 +32,8 @@ from sceann_hil.journal import (
 )
 from sceann_hil.journal.reader import journal_path
 from sceann_hil.journal.salvage import return_to_generation
-from sceann_hil.robot import Robot
+from sceann_hil.places import make_folder
+from sceann_hil.robot import Robot, RobotError
 from sceann_hil.run.ancestor import Ancestor
 from sceann_hil.run.breeding import generations
 from sceann_hil.run.champion import champion_of
@@ -124,7 +125,7 @@ class Experiment:
                 f"{directory} exists already; nothing was overwritten.",
                 "Choose another --out, or `sceann resume` it if it is a run.",
             )
-        directory.mkdir(parents=True, exist_ok=True)
+        make_folder(directory)
         with ExitStack() as undo:
             lock = undo.enter_context(RunLock(directory))
             journal = Journal.create(
@@ -192,7 +193,8 @@ class Experiment:
         runner = begin_session(self.journal, config, robot, self._forecast(robot), presence)
         runner.before = ReferenceRuns(config.reference, runner, config.seed).run_if_due
         evaluator = Evaluator(runner, config.seed, config.saving)
-        self.journal.note("started" if reader.last_generation() is None else "resumed", f"process {os.getpid()}")
+        begun = any(kind == "started" for _, _, kind, _ in reader.events())
+        self.journal.note("resumed" if begun else "started", f"process {os.getpid()}")
         try:
             for number, state in generations(self.journal, algorithm, config.seed, last, Measures.of(config)):
                 started = time.monotonic()
@@ -213,6 +215,9 @@ class Experiment:
                     raise stopped
         except Stopped as stopped:
             return self._ended(presence, _OUTCOMES[stopped.reason], stopped.message)
+        except RobotError as error:
+            self.journal.note("stopped", str(error))
+            raise
         return self._ended(presence, Outcome.FINISHED, "All generations are evaluated")
 
     def _ended(self, presence: Presence, outcome: Outcome, why: str) -> Outcome:

@@ -60,6 +60,9 @@ class StandIn(Robot):
     def run(self, trials: Trials) -> Results:
         return self._body.run(trials)
 
+    def body_fingerprint(self) -> str | None:
+        return self._body.body_fingerprint()
+
     def connect(self) -> None:
         self._body.connect()
 

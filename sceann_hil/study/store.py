@@ -25,6 +25,7 @@ from sceann_hil.journal.schema import statements
 from sceann_hil.journal.seal import Sealer, is_untouched, seal_path
 from sceann_hil.journal.transactions import Transactions
 from sceann_hil.journal.verify import Verdict, complaints_of_sqlite
+from sceann_hil.places import make_folder
 from sceann_hil.study.blocks import BlockResult
 from sceann_hil.study.condition import Condition
 from sceann_hil.study.config import Study
@@ -229,7 +230,7 @@ class StudyStore(StudyReader):
             OtherVersions: it was begun with other versions.
             RunExists, NotARun, RunIsNewer, RunIsDamaged, RunIsLocked: why not.
         """
-        directory.mkdir(parents=True, exist_ok=True)
+        make_folder(directory)
         lock = RunLock(directory)
         try:
             # whether there is one is looked at when nobody else can make it

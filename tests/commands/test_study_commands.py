@@ -163,3 +163,13 @@ def test_ctrl_c_stops_with_its_own_exit_code_and_the_study_goes_on(folder: Path)
         process.stderr.close()
     assert "Stopped, as asked." in told
     assert "Traceback" not in told
+
+
+def test_a_study_is_exported_as_tables(folder: Path) -> None:
+    done = sceann("export-csv", "studies/small", "--out", "tables", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert [Path(line).name for line in done.stdout.split()] == ["conditions.csv", "runs.csv", "best.csv"]
+    large = sceann("export-csv", "studies/small", "--out", "tables", "--format", "parquet", cwd=folder)
+    assert large.returncode == 0, large.stderr
+    assert (folder / "tables" / "runs.parquet").stat().st_size > 500
+    assert sceann("export-csv", "studies/small", "--format", "xlsx", cwd=folder).returncode == 2

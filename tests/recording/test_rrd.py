@@ -113,3 +113,13 @@ def test_programs_of_rerun_send_no_statistics_and_leave_the_settings_alone(
         monkeypatch.setenv(name, str(home))
     rrd.join([part], tmp_path / "joined.rrd")
     assert not list(home.iterdir())
+
+
+def test_every_flipped_byte_is_noticed(sound: Path) -> None:
+    whole = sound.read_bytes()
+    for place in range(0, len(whole), max(1, len(whole) // 60)):
+        changed = bytearray(whole)
+        changed[place] ^= 0x10
+        sound.write_bytes(changed)
+        with pytest.raises(RecordingIsDamaged):
+            rrd.check(sound, REMEDY)

@@ -10,18 +10,21 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from rerun.chunk import Chunk
 
 from backends.diffdrive import DifferentialDriveConfig
-from sceann_hil import registry
 from sceann_hil.config import ExperimentConfig, dump_config, parse_config
 from sceann_hil.journal import AttemptRow, JournalReader
 from sceann_hil.plugins import RobotConfig, TaskConfig
+from sceann_hil.recording.chunks import trial_chunks
+from sceann_hil.recording.source import RunSource
 from sceann_hil.run.experiment import Experiment
 from sceann_hil.run.replay import replay, sessions_of_another_body
 from sceann_hil.study import Block, compute_block
 from sceann_hil.study.landscape import enumerate_landscape
 from sceann_hil.study.robustness import measure
 from sceann_hil.testing import BodyConformance, RobotConformance, TaskConformance
+from tests.installed import installed
 
 ROOT = Path(__file__).parents[2]
 
@@ -93,21 +96,14 @@ def test_the_tests_that_the_guides_show_can_be_run(page: str) -> None:
 @pytest.fixture
 def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Both examples, installed."""
-    site = tmp_path / "site"
-    for name, entries in {
+    entries = {
         "sceann_clearance": "[sceann_hil.tasks]\nclearance = sceann_clearance:Clearance\n",
         "ball": "[sceann_hil.tasks]\ncentred = of_the_body_guide:CentredConfig\n"
         "[sceann_hil.robots]\nball_and_beam = of_the_body_guide:BallAndBeamConfig\n",
-    }.items():
-        info = site / f"{name}-1.0.dist-info"
-        info.mkdir(parents=True)
-        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
-        (info / "entry_points.txt").write_text(entries)
-    monkeypatch.syspath_prepend(site)
+    }
     monkeypatch.syspath_prepend(ROOT / "examples" / "clearance")
-    registry.entry_points.cache_clear()
-    yield
-    registry.entry_points.cache_clear()
+    with installed(tmp_path / "site", entries, monkeypatch):
+        yield
 
 
 BALL = """
@@ -135,9 +131,9 @@ def test_the_ball_is_kept_in_the_middle_and_every_trial_is_replayed_to_the_bit(t
     assert all(row.value == row.fitness for row in attempts)
     with config.robot.build() as robot:
         compared = replay(reader, config, robot, attempts)
-        assert sessions_of_another_body(reader, robot, attempts) == []
+        assert sessions_of_another_body(reader, robot, {row.session for row in attempts}) == []
         robot.neutral_motor = 0.25  # type: ignore[attr-defined]
-        assert sessions_of_another_body(reader, robot, attempts) == [1]
+        assert sessions_of_another_body(reader, robot, {row.session for row in attempts}) == [1]
     reader.close()
     assert all(one.equal for trial in compared for one in trial)
     assert {one.quantity for one in compared[0]} >= {"total of the steps' values", "fitness"}
@@ -152,6 +148,15 @@ def test_the_task_of_the_guide_works_in_every_command(tmp_path: Path) -> None:
     rows = [row for g in range(3) for row in reader.attempts(g)]
     reader.close()
     assert all(row.value is not None and row.fitness == row.value / row.steps for row in rows if row.steps)
+
+    # the viewer draws the values, and what they add up to
+    source = RunSource(tmp_path / "run")
+    shown = source.generation(2).trials[0]
+    chunks = {chunk.entity_path: chunk for chunk in trial_chunks(source.run, shown, full=False)}
+    drawn = {name: _curve(chunks[f"/signals/{name}"]) for name in ("value", "worth")}
+    source.close()
+    assert len(drawn["value"]) == shown.steps
+    assert drawn["worth"][-1] == shown.fitness
 
     # a study's runs are the same runs
     block = Block(0, 0, dump_config(config), (config.seed,))
@@ -172,6 +177,12 @@ def test_the_task_of_the_guide_works_in_every_command(tmp_path: Path) -> None:
     assert len(fitness) == 2**tiny.genome_length
     assert np.isfinite(fitness).all()
     assert np.ptp(fitness) > 0
+
+
+def _curve(chunk: Chunk) -> list[float]:
+    table = chunk.to_record_batch().to_pydict()
+    (column,) = (values for name, values in table.items() if "scalars" in name.lower())
+    return [float(value) for (value,) in column]
 
 
 def _mean(rows: list[AttemptRow], generation: int) -> dict[int, float]:

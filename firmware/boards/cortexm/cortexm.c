@@ -79,9 +79,8 @@ static void systick_handler(void)
     milliseconds++;
 }
 
-static uint32_t clock_us(void *board)
+__attribute__((weak)) uint32_t chip_clock_us(void)
 {
-    (void)board;
     static uint32_t latest;
     uint32_t ms, left;
     do {
@@ -93,6 +92,12 @@ static uint32_t clock_us(void *board)
         latest = now;                  /* an emulated counter may reload before its interrupt is pending: never go back */
     }
     return latest;
+}
+
+static uint32_t clock_us(void *board)
+{
+    (void)board;
+    return chip_clock_us();
 }
 
 /* ---- no body ----------------------------------------------------------------------------------------------------- */
@@ -114,20 +119,31 @@ static void no_output(void *board)
     (void)board;
 }
 
+__attribute__((weak)) uint16_t chip_switches(void)
+{
+    return 0;
+}
+
 /* A BREAK holds the line low; a bad stop bit lets go of it within a frame. */
-static uint16_t alarms(void *board)
+static bool is_break(void)
 {
     if (!bad_stop_bit) {
-        return 0;
+        return false;
     }
     bad_stop_bit = false;
-    const uint32_t began = clock_us(board);
-    while (clock_us(board) - began < SCEANN_BREAK_US) {
+    const uint32_t began = chip_clock_us();
+    while (chip_clock_us() - began < SCEANN_BREAK_US) {
         if (!chip_line_is_low()) {
-            return 0;
+            return false;
         }
     }
-    return SCEANN_ALARM_BREAK;
+    return true;
+}
+
+static uint16_t alarms(void *board)
+{
+    (void)board;
+    return (uint16_t)(chip_switches() | (is_break() ? SCEANN_ALARM_BREAK : 0u));
 }
 
 static uint16_t no_battery(void *board)
@@ -143,6 +159,12 @@ static void watchdog(void *board, sceann_watchdog action)
 {
     (void)board;
     (void)action;
+}
+
+__attribute__((weak)) bool chip_may_sleep(uint32_t us)
+{
+    (void)us;
+    return true;                       /* SysTick wakes it every millisecond */
 }
 
 /* ---- start ------------------------------------------------------------------------------------------------------- */
@@ -199,16 +221,21 @@ int main(void)
                                 .store_write = chip_store_write,
                                 .watchdog = watchdog };
     chip_init(&port);
-    cycles_per_ms = chip_clock_mhz_x10 * 100u;
-    SYST_RVR = cycles_per_ms - 1u;
-    SYST_CVR = 0;
-    SYST_CSR = 7;
+    if (chip_clock_mhz_x10 != 0u) {
+        cycles_per_ms = chip_clock_mhz_x10 * 100u;
+        SYST_RVR = cycles_per_ms - 1u;
+        SYST_CVR = 0;
+        SYST_CSR = 7;
+    }
     NVIC_ENABLE(chip_uart_interrupt);
     sceann_robot_start(&robot, &port);
     chip_watchdog_start();
     for (;;) {
         sceann_robot_poll(&robot);
         chip_watchdog_feed();
+        if (!chip_may_sleep(sceann_robot_idle_us(&robot))) {
+            continue;
+        }
         __asm volatile("cpsid i");     /* masked test, then WFI: an interrupt between the two still wakes the core */
         if (ring.head == ring.tail) {
             __asm volatile("wfi");

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from sceann_hil.firmware.build import Board
+from sceann_hil.firmware.emulated.javascript import JavaScriptBoard
 from sceann_hil.firmware.emulated.posix import PosixBoard
 from sceann_hil.firmware.emulated.qemu import QemuBoard
 from sceann_hil.firmware.emulated.simavr import UnoBoard
@@ -32,9 +33,12 @@ def emulated_line(board: Board, store: Path | None = None) -> Iterator[Line]:
         case Board.UNO:
             with UnoBoard(("-DBAUD=500000UL",)) as uno:
                 yield uno
+        case Board.PICO:
+            with JavaScriptBoard(board) as pico:
+                yield pico
         case Board.LM3S6965:
             with QemuBoard(board, eeprom=store) as emulated:
                 yield emulated.line
-        case Board.STM32F405:
+        case Board.STM32F405 | Board.MICROBIT:
             with QemuBoard(board) as emulated:
                 yield emulated.line

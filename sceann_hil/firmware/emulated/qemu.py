@@ -16,7 +16,7 @@ from sceann_hil.firmware.build import Board, build_board, find_tool
 from sceann_hil.firmware.emulated.guarded import GuardedProcess
 from sceann_hil.firmware.emulated.sockets import SocketLine
 
-MACHINES = {Board.LM3S6965: "lm3s6965evb", Board.STM32F405: "netduinoplus2"}
+MACHINES = {Board.LM3S6965: "lm3s6965evb", Board.STM32F405: "netduinoplus2", Board.MICROBIT: "microbit"}
 EEPROM_BYTES = 4096
 
 
@@ -40,7 +40,7 @@ class QemuBoard:
         line: the host's end of its UART.
 
     Args:
-        board: `Board.LM3S6965` or `Board.STM32F405`.
+        board: one of `MACHINES`.
         eeprom: file that keeps the LM3S6965's EEPROM; made if absent. Without it that board has no store.
         image: another program than the firmware.
         extra: more arguments for QEMU.

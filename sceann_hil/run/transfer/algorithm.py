@@ -65,7 +65,7 @@ class Transfer(Algorithm[TransferState]):
 
     def start(self, rng: np.random.Generator) -> TransferState:
         """Prepares everything; minutes, unless it was prepared before."""
-        preparation = self._prepare()
+        preparation = self.prepared_by()
         if self._again is not None:
             # the other way round it would be a circle
             from sceann_hil.run.transfer.again import candidates_and_trials
@@ -101,7 +101,7 @@ class Transfer(Algorithm[TransferState]):
 
     def _next(self, candidates: Bits, observed: Observations, inherited: int) -> TransferState:
         """The state after these trials, of which an earlier transfer brought some."""
-        prepared = self._prepare().prepared(np.ascontiguousarray(candidates))
+        prepared = self.prepared_by().prepared(np.ascontiguousarray(candidates))
         known = prepared.fitness.condition(observed)
         posterior = known.posterior
         chosen = choose(known, prepared.ensemble.durations_s)
@@ -134,7 +134,8 @@ class Transfer(Algorithm[TransferState]):
             return Verdict.ENOUGH
         return Verdict.OPEN
 
-    def _prepare(self) -> Preparation:
+    def prepared_by(self) -> Preparation:
+        """What makes candidates and ensemble."""
         if self._preparation is None:
             raise RuntimeError("a transfer that was built for looking at states only cannot go on")
         return self._preparation
@@ -146,7 +147,7 @@ class Transfer(Algorithm[TransferState]):
         if state.start is None:
             return None
         wanted = np.zeros((1, n_trials), np.bool_)
-        wanted[0, self._prepare().world.starts[state.start]] = True
+        wanted[0, self.prepared_by().world.starts[state.start]] = True
         return wanted
 
     def is_last(self, state: TransferState) -> bool:
@@ -173,7 +174,7 @@ class Transfer(Algorithm[TransferState]):
             "interval": [round(low, 6), round(high, 6)],
             "gain": round(state.outlook.gain, 8),
             "verdict": state.verdict.value,
-            "recommended": genome_to_hex(state.candidates[state.recommended]),
+            "recommended": genome_to_hex(state.candidates[_best_tried(state)]),
             "why": self.remark(state),
         }
         return [json.dumps(told)]
@@ -195,3 +196,11 @@ def _outlook(prepared: Prepared, observed: Observations, posterior: Posterior, g
         most = float(np.clip((expected.mean + _TRUSTED * expected.deviation).max(), 0.0, 1.0))
     best = posterior.best
     return Outlook(float(posterior.mean[best]), float(posterior.deviation[best]), success, most, gain)
+
+
+def _best_tried(state: TransferState) -> int:
+    """The best candidate that this run has measured, or the best of all before there is one."""
+    if state.start is None:
+        return state.recommended
+    tried = set(state.observed.candidate[state.inherited :].tolist())
+    return next((k for k in state.ranking if k in tried), state.recommended)

@@ -20,6 +20,7 @@ class TransferConfig(AlgorithmConfig):
     """From simulation to a robot in a few trials: choose among candidates by an ensemble of simulated robots."""
 
     weighs_trials: ClassVar[bool] = True
+    conclusion: ClassVar[str | None] = "sceann_hil.study.transfer:conclude"
     type: Literal["transfer"] = "transfer"
     trials: Annotated[int, Field(ge=1, le=10_000)] = 40
     """Most trials on the robot to choose by, one a generation."""

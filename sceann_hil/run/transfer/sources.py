@@ -12,7 +12,7 @@ from sceann_hil.journal import JournalReader
 from sceann_hil.network.coding import Bits, genome_from_hex
 from sceann_hil.plugins import RobotConfig
 
-_STUDY = "study.sqlite"
+STUDY = "study.sqlite"
 
 
 def read_source(directory: Path, config: ExperimentConfig) -> Bits:
@@ -27,7 +27,7 @@ def read_source(directory: Path, config: ExperimentConfig) -> Bits:
         ConfigError: its genomes mean something else there.
     """
     found: dict[str, float] = {}
-    if (directory / _STUDY).exists():
+    if (directory / STUDY).exists():
         # studies stand above runs; whoever names one needs it
         from sceann_hil.study import StudyReader
 
@@ -63,7 +63,7 @@ def read_source(directory: Path, config: ExperimentConfig) -> Bits:
 
 def body_of(directory: Path) -> RobotConfig | None:
     """The simulated robot of a run; None of a study, or where the robot was a real one."""
-    if (directory / _STUDY).exists():
+    if (directory / STUDY).exists():
         return None
     reader = JournalReader(directory)
     try:

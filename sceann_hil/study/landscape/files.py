@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from sceann_hil.config import ExperimentConfig, config_difference, dump_config, load_config
 from sceann_hil.errors import NotARun, RunIsDamaged, StudyChanged
+from sceann_hil.places import make_folder
 
 _CONFIG, _FITNESS, _SUCCESSES, _DONE = "config.yaml", "fitness.npy", "successes.npy", "done.npy"
 
@@ -52,7 +53,7 @@ class Landscape:
             StudyChanged: the folder holds the landscape of another experiment.
         """
         if not (directory / _DONE).is_file():
-            directory.mkdir(parents=True, exist_ok=True)
+            make_folder(directory)
             n = 1 << config.genome_length
             _reserve(directory / _FITNESS, np.dtype("<f4"), n)
             _reserve(directory / _SUCCESSES, np.dtype("<u2"), n)

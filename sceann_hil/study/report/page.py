@@ -10,6 +10,7 @@ from pathlib import Path
 
 from markdown_it import MarkdownIt
 
+from sceann_hil.places import make_folder
 from sceann_hil.study.report.table_files import write_csv, write_latex
 
 _CSS = """
@@ -82,7 +83,7 @@ class Page:
 
     def write(self) -> tuple[Path, Path]:
         """The Markdown and the HTML file."""
-        self._directory.mkdir(parents=True, exist_ok=True)
+        make_folder(self._directory)
         markdown = self._directory / f"{self._name}.md"
         source = "\n\n".join(self._parts) + "\n"
         markdown.write_text(source, encoding="utf-8")

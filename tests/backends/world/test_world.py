@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from backends.diffdrive import DifferentialDriveConfig
 from backends.world.body import WorldDrive
 from backends.world.layout import Box, Infrared, Lamp, Light, Motion, Round, Senses, Wall, World
-from backends.world.response import fitted, straight
+from backends.world.response import fitted
 from sceann_hil.network.controller import quantise_sensors
 from sceann_hil.robot import EndReason, Trace
 from tests.backends.conftest import MakeTrials
@@ -27,7 +27,7 @@ THINGS = World(
     walls=(Wall((0.4, 0.1), (0.5, 0.35)),),
 )
 SENSORS = tuple(
-    Infrared((RADIUS * np.cos(a), RADIUS * np.sin(a)), float(a), 0.3, straight())
+    Infrared((RADIUS * np.cos(a), RADIUS * np.sin(a)), float(a), 0.3)
     for a in np.deg2rad([-90.0, -45.0, 0.0, 45.0, 90.0])
 )
 MOTION = Motion(step_m=0.02, radius_m=RADIUS, wheel_interval_m=0.05)
@@ -80,9 +80,17 @@ def test_infrared_reads_the_distance_to_whatever_is_nearest(make_trials: MakeTri
     assert np.mean(np.concatenate(readings) > 0.0) > 0.2
 
 
+def test_a_table_of_readings_gives_what_the_straight_response_gives(make_trials: MakeTrials) -> None:
+    table = fitted(((0.0, 1.0), (0.3, 0.0)), 0.3)
+    sensors = (Infrared((0.03, 0.0), 0.2, 0.3), Infrared((0.03, 0.0), 0.2, 0.3, table))
+    robot = WorldDrive(THINGS, Senses(sensors), MOTION, 0.1)
+    for trace in traces_of(robot, make_trials, 10):
+        assert np.abs(trace.sensors[:, 0].astype(int) - trace.sensors[:, 1]).max() <= 1
+
+
 def test_a_sensor_with_an_opening_reads_the_mean_of_its_rays(make_trials: MakeTrials) -> None:
-    wide = Infrared((0.03, 0.0), 0.1, 0.3, straight(), half_width_rad=0.3, rays=3)
-    parts = [Infrared((0.03, 0.0), 0.1 + turn, 0.3, straight()) for turn in (-0.2, 0.0, 0.2)]
+    wide = Infrared((0.03, 0.0), 0.1, 0.3, half_width_rad=0.3, rays=3)
+    parts = [Infrared((0.03, 0.0), 0.1 + turn, 0.3) for turn in (-0.2, 0.0, 0.2)]
     robot = WorldDrive(THINGS, Senses((wide, *parts)), MOTION, 0.1)
     for trace in traces_of(robot, make_trials, 10):
         assert np.abs(trace.sensors[:, 0] - trace.sensors[:, 1:].mean(axis=1)).max() <= 1.0

@@ -1,0 +1,81 @@
+"""What the shipped tasks of two-wheeled robots share: starts, a value for each step, and which sensors it is about."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import Annotated, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from sceann_hil.plugins import Misfit, RobotConfig, StartVariation, TaskConfig
+from sceann_hil.robot.step_task import StepTask
+from sceann_hil.robot.step_value import StepValue
+from sceann_hil.tasks.starts import START_FIELDS, Starts, as_rows, instruction, refuse_occupied, turned
+
+SensorNumbers = Annotated[tuple[Annotated[int, Field(ge=0, le=63)], ...], Field(max_length=64)]
+
+
+class StepTaskOnAPlane(TaskConfig):
+    """A task whose fitness is the mean value of a trial's steps, for a robot with two wheels.
+
+    Motor values are 0..1 with 0.5 at rest, as a `world` of the differential drive has them; `speed` below is -1..1.
+    """
+
+    usual_robot: ClassVar[str] = "diffdrive"
+
+    max_steps: Annotated[int, Field(ge=1, le=65_535)] = 400
+    """Steps of a trial."""
+    starts: Starts
+    """One trial for each: x and y in metres, heading in degrees."""
+    success: Annotated[float, Field(ge=0.0, le=1.0)]
+    """A trial that is worth more than this counts as a success."""
+
+    @abstractmethod
+    def value(self) -> StepValue:
+        """What a step is worth, 0..1."""
+
+    def sensors_needed(self) -> dict[str, tuple[int, ...]]:
+        """Numbers of sensors by the keys that name them."""
+        return {}
+
+    def build(self) -> StepTask:
+        return StepTask(
+            value=self.value(),
+            combine="mean",
+            max_steps=self.max_steps,
+            start_fields=START_FIELDS,
+            starts=as_rows(self.starts),
+            succeeded=self._succeeded,
+            best_fitness=1.0,
+            worst_fitness=0.0,
+            name=self.type,
+            instruction=lambda trial: instruction(self.starts[trial]),
+        )
+
+    def _succeeded(self, fitness: NDArray[np.float64]) -> NDArray[np.bool_]:
+        return np.asarray(fitness > self.success)
+
+    def check(self, robot: RobotConfig) -> None:
+        spec = robot.spec
+        if spec.n_motors != 2:
+            raise Misfit(
+                f"the task {self.type} is for a robot with two wheels; robot {robot.type} has {spec.n_motors} motors",
+                "task.type",
+                "robot.type",
+            )
+        for key, numbers in self.sensors_needed().items():
+            for number in numbers:
+                if number >= spec.n_sensors:
+                    raise Misfit(
+                        f"{key}: expected numbers of the robot's {spec.n_sensors} sensors, 0..{spec.n_sensors - 1}, "
+                        f"got {number}",
+                        f"task.{key}",
+                    )
+        refuse_occupied(robot, self.starts)
+
+    def other_starts(self) -> StartVariation:
+        turns = (0.0, 10.0, 20.0, 30.0, 45.0, 90.0)
+        changes = tuple({"starts": [list(start) for start in turned(self.starts, turn)]} for turn in turns)
+        return StartVariation("initial headings turned by", "degrees", turns, changes)

@@ -1,0 +1,127 @@
+"""From a robot's file and runs to a transfer, to its conclusion, and on from there."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sceann_hil.config import ExperimentConfig, dump_config, parse_config
+from sceann_hil.errors import ConfigError, NotARun
+from sceann_hil.run.experiment import Experiment, Outcome
+from sceann_hil.run.transfer.again import read_transfer, resemblance
+from sceann_hil.run.transfer.ensemble import Ensemble
+from sceann_hil.run.transfer.model import Observations
+from sceann_hil.run.transfer.robots import DrawnRobots
+from sceann_hil.run.transfer.session import transfer_config
+from sceann_hil.run.transfer.state import Verdict
+from sceann_hil.study.transfer import conclude
+
+
+@pytest.fixture
+def source(small: ExperimentConfig, tmp_path: Path) -> Path:
+    """A finished run in the ideal body."""
+    config = small.with_changes(
+        {
+            "algorithm": {"type": "sga", "population": 10, "generations": 3},
+            "robot": {"type": "diffdrive", "n_sensors": 3},
+        }
+    )
+    run(config, tmp_path / "source")
+    return tmp_path / "source"
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> Path:
+    path = tmp_path / "robot.yaml"
+    path.write_text("robot: {type: diffdrive, n_sensors: 3, gap: {motor_gain: [0.7, 1.0]}}\n", encoding="utf-8")
+    return path
+
+
+def run(config: ExperimentConfig, directory: Path) -> Outcome:
+    with Experiment.create(config, directory) as experiment, config.robot.build() as robot:
+        return experiment.evolve(robot)
+
+
+def test_a_file_with_a_robot_only_takes_the_rest_from_the_run(source: Path, robot: Path) -> None:
+    config = transfer_config(robot, [source], trials=9, rounds=1)
+    assert config.task.model_dump()["headings_deg"] == (0.0, 90.0, 180.0)
+    assert config.robot.model_dump()["gap"]["motor_gain"] == (0.7, 1.0)
+    assert config.algorithm.generations == 9
+    body = config.uncertainty.body
+    assert body is not None
+    assert body.model_dump()["gap"]["motor_gain"] == 1.0
+    assert parse_config(dump_config(config), "again") == config
+
+
+def test_without_a_run_such_a_file_is_refused(robot: Path) -> None:
+    with pytest.raises(ConfigError, match="whole experiment"):
+        transfer_config(robot)
+
+
+def test_candidates_of_another_controller_are_refused(small: ExperimentConfig, source: Path, tmp_path: Path) -> None:
+    path = tmp_path / "other.yaml"
+    path.write_text(dump_config(small.with_changes({"controller.n_hidden": 2})), encoding="utf-8")
+    config = transfer_config(path, [source])
+    with pytest.raises(ConfigError, match="n_hidden: expected 2, as this experiment has it, got 1"):
+        run(config, tmp_path / "out")
+
+
+def test_the_conclusion_and_a_further_transfer(source: Path, robot: Path, tmp_path: Path) -> None:
+    config = transfer_config(robot, [source], trials=5, rounds=1, settings=["uncertainty.robots=20"])
+    assert run(config, tmp_path / "first") is Outcome.FINISHED
+    told = conclude(tmp_path / "first")
+    document = json.loads((tmp_path / "first" / "transfer" / "transfer.json").read_text(encoding="utf-8"))
+    assert document == json.loads(json.dumps(told.document))
+    assert document["trials"] == 5
+    assert document["measured"]["trials"] == 3
+    assert any(line.startswith("Measured on 3 fresh trials") for line in told.lines)
+    assert (tmp_path / "first" / "transfer" / "report.html").stat().st_size > 10_000
+    written = (tmp_path / "first" / "transfer" / "robot.yaml").read_text(encoding="utf-8")
+    assert "motor_gain" in written
+
+    further = transfer_config(
+        robot, (), trials=4, evolve=1, again=tmp_path / "first", settings=["uncertainty.robots=20"]
+    )
+    assert run(further, tmp_path / "second") is Outcome.FINISHED
+    before, _ = read_transfer(tmp_path / "first")
+    after, _ = read_transfer(tmp_path / "second")
+    assert after.inherited == 5
+    assert len(after.observed) == 9
+    assert after.observed.value[:5].tolist() == before.observed.value.tolist()
+    same = (after.candidates[after.observed.candidate[:5]] == before.candidates[before.observed.candidate]).all()
+    assert same
+
+
+def test_when_nobody_succeeds_it_says_so_and_claims_nothing(small: ExperimentConfig, tmp_path: Path) -> None:
+    config = small.with_changes(
+        {
+            "task": {"type": "goal_reach", "headings_deg": [0.0, 90.0], "max_steps": 3},
+            "algorithm": {"type": "transfer", "trials": 20, "evolve": 1, "candidates": 30},
+        }
+    )
+    run(config, tmp_path / "hopeless")
+    state, _ = read_transfer(tmp_path / "hopeless")
+    assert state.verdict is Verdict.NONE_SUCCEEDS
+    assert len(state.observed) < 20
+    told = "\n".join(conclude(tmp_path / "hopeless").lines)
+    assert "No candidate is expected to succeed on this robot" in told
+    assert "What would help" in told
+    assert "Recommended" not in told
+
+
+def test_a_run_of_another_algorithm_is_no_transfer(source: Path) -> None:
+    with pytest.raises(NotARun, match="algorithm sga"):
+        conclude(source)
+
+
+def test_a_robot_resembles_the_simulated_one_that_does_the_same() -> None:
+    rng = np.random.default_rng(0)
+    fitness = rng.random((30, 12, 2)).astype(np.float32)
+    ensemble = Ensemble(fitness, np.ones((12, 2)), 0.01, None, DrawnRobots((), np.zeros((30, 0)), ()))
+    k, h = np.arange(12), np.zeros(12, np.int64)
+    weights = resemblance(ensemble, Observations(k, h, fitness[17, k, h].astype(np.float64)))
+    assert weights.argmax() == 17
+    assert weights.sum() == pytest.approx(1.0)
