@@ -100,7 +100,7 @@ def _additive(values: NDArray[np.float64]) -> NDArray[np.float64]:
 def _expected(
     values: NDArray[np.float64], model: NDArray[np.float64], worst: float, best: float
 ) -> NDArray[np.float64]:
-    """Each individual's mean over all trials, with `_additive`'s `model` where one was not run, shape ``(population,)``."""
+    """Mean of each individual over all trials, with `_additive`'s `model` where one was not run, ``(population,)``."""
     filled = np.where(np.isnan(values), np.clip(model, worst, best), values)
     return np.asarray(filled.mean(axis=1), np.float64)
 
