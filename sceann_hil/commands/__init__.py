@@ -73,7 +73,9 @@ COMMANDS: dict[str, Entry] = {
     ),
     "copy": Entry(Topic.LOOK, "soundness", "Copy a run or a study, also while somebody works on it."),
     "export-csv": Entry(
-        Topic.LOOK, "inspect", "Write a run's generations, individuals and trials, or a study's runs, as CSV files."
+        Topic.LOOK,
+        "inspect",
+        "Write a run's generations, individuals and trials, or a study's conditions and runs, as CSV files.",
     ),
     "doctor": Entry(
         Topic.ROBOT,

@@ -173,9 +173,11 @@ class SteppedRobot(Robot):
                         self._why_void = f"{OVERRUN_LIMIT} control steps in a row began a whole period late"
                         break
                 values = np.asarray(self.sense(), np.float64)
-                motors = network.step(step, values) if values.shape == expected else None
-                if motors is None:
+                if values.shape != expected:
                     raise ValueError(f"sense: expected {spec.n_sensors} finite values, got {values}")
+                motors = network.step(step, values)
+                if motors is None:
+                    raise RobotFault(f"sense: expected {spec.n_sensors} finite values, got {values}")
                 if knows:
                     states[step] = self.state()
                 if self._interrupted is not None:
