@@ -16,7 +16,7 @@ from backends.remote.verdict import end_reason, ended, first_difference, result
 from backends.simulation.body import SimulatedBody
 from backends.simulation.stepwise import StepwiseBody
 from sceann_hil.link.descriptor import Descriptor
-from sceann_hil.link.lockstep import run_lockstep
+from sceann_hil.link.hil import run_hil_trial
 from sceann_hil.link.messages import LinkEnd
 from sceann_hil.link.onboard import run_onboard
 from sceann_hil.link.session import Refused, RobotLink
@@ -291,7 +291,7 @@ class RemoteRobot(Robot):
                 follower = run_tethered(self.link, order, controller, self._watch, self._observer)
             elif self._body is not None:
                 self._body.reset(trials.starts[0], trials.keys[0])
-                follower, states = run_lockstep(self.link, order, self._body, self._observer)
+                follower, states = run_hil_trial(self.link, order, self._body, self._observer)
         except Refused as refused:
             if refused.status is Status.ALARM:
                 told = ", ".join((*self._board_fault(), *self.health().messages))
