@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -27,6 +29,11 @@ def view(
     picture: Annotated[
         Path | None, typer.Option("--picture", metavar="FILE.png", help="Draw it into a file; needs no display.")
     ] = None,
+    serve: Annotated[
+        bool, typer.Option("--serve", help="For a browser elsewhere: print a link with a token, until Ctrl-C.")
+    ] = False,
+    host: Annotated[str, typer.Option("--host", help="For --serve: address to listen on.")] = "0.0.0.0",
+    port: Annotated[int, typer.Option("--port", min=0, max=65_535, help="For --serve: 0 for any that is free.")] = 8076,
     at: Annotated[float | None, typer.Option(help="For --picture: seconds into the trial, or the generation.")] = None,
 ) -> None:
     """Show all trials of a run sorted by fitness, one trial, or the run as a whole.
@@ -34,6 +41,8 @@ def view(
     What has not been recorded yet is recorded first.
 
     Example: sceann view runs/first --trial 17
+
+    Example: sceann view runs/first --serve
     """
     from sceann_hil.recording import view as viewing  # rerun takes a second to import
 
@@ -44,8 +53,17 @@ def view(
     if picture is not None:
         complaints = viewing.picture(directory, screen, picture, at)
         for name, said in complaints.items():
-            console.print(f"{name}: {'; '.join(said)}")
+            console.print(f"{name}: {'; '.join(said)}", markup=False)
         typer.echo(picture)
+        return
+    if serve:
+        from sceann_hil.recording.serve import serve as serve_viewer
+
+        with show_recording(console) as report:
+            prepared = ExitStack()
+            source = prepared.enter_context(viewing.prepared(directory, screen, report))
+        with prepared:
+            serve_viewer(source, host, port, partial(console.print, markup=False, soft_wrap=True))
         return
     with show_recording(console) as report:
         viewing.view(directory, screen, viewing.Window.WEB if web else viewing.Window.NATIVE, report)

@@ -31,6 +31,11 @@ def trial_blueprint(run: RecordedRun) -> rrb.Blueprint:
     neurons = [_curves("Hidden neurons", "/signals/hidden", _UNIT)] if run.size.n_hidden else []
     sensors = _curves("Sensors", "/signals/sensors", _UNIT, legend=run.size.n_sensors <= 5)
     signals = [sensors, *neurons, _curves("Motor outputs", "/signals/motors", _UNIT)]
+    if run.accumulation is not None:
+        signals += [
+            _curves("Value of each step", "/signals/value", legend=False),
+            _curves(f"Fitness so far ({run.accumulation.combine} of the values)", "/signals/worth", legend=False),
+        ]
     about = rrb.TextDocumentView(origin="/info", name="Trial")
     right = rrb.Vertical(_network_view("Controller and its activity"), about, row_shares=[3, 1.5])
     if run.drawing is None:

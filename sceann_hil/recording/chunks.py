@@ -64,6 +64,10 @@ def shared_chunks(run: RecordedRun) -> Iterator[Chunk]:
         ("/signals/hidden", run.hidden_names, style.signal_colours(run.size.n_hidden + 3)[3:]),
         ("/signals/motors", run.motor_names, style.motor_colours(run.size.n_motors)),
     ]
+    if run.accumulation is not None:
+        colours = style.signal_colours(2)
+        curves.append(("/signals/value", ("value of the step",), colours[:1]))
+        curves.append(("/signals/worth", ("fitness so far",), colours[1:]))
     if run.drawing is not None:
         yield from scene.still(run.drawing)
         yield from solid.solid(run.drawing)
@@ -84,6 +88,10 @@ def _signals(run: RecordedRun, trial: RecordedTrial) -> Iterator[Chunk]:
     if n_hidden:
         yield timed("/signals/hidden", now, scalars(trace.x[:, :n_hidden] / ONE))
     yield timed("/signals/motors", now, scalars(trace.x[:, n_hidden:] / ONE))
+    if run.accumulation is not None:
+        values = run.accumulation.of_steps(trace, run.size.n_motors)
+        yield timed("/signals/value", now, scalars(values[:, None]))
+        yield timed("/signals/worth", now, scalars(run.accumulation.so_far(values)[:, None]))
 
 
 def _description(run: RecordedRun, trial: RecordedTrial) -> str:

@@ -10,6 +10,7 @@ from typing import Self
 from sceann_hil.journal import AttemptRow
 from sceann_hil.network.coding import NetworkSize, Weights
 from sceann_hil.robot import EndReason, Trace
+from sceann_hil.robot.accumulation import Accumulation
 from sceann_hil.robot.drawing import Drawing
 from sceann_hil.robot.signal_names import motor_names, sensor_names
 
@@ -31,6 +32,7 @@ class RecordedRun:
         state_fields: names of the body's state in traces.
         drawing: what the robot looks like; None for signals only.
         start_fields: names of the values of a trial's start.
+        accumulation: what the task adds up over a trial's steps, if it does.
     """
 
     name: str
@@ -43,6 +45,7 @@ class RecordedRun:
     state_fields: tuple[str, ...]
     drawing: Drawing | None
     start_fields: tuple[str, ...] = ()
+    accumulation: Accumulation | None = None
 
     @cached_property
     def sensor_names(self) -> tuple[str, ...]:

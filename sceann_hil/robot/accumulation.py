@@ -73,12 +73,23 @@ class Accumulation:
     def of_steps(self, trace: Trace, n_motors: int) -> Floats:
         """The value of each step of a trial, shape ``(n,)``; `n_motors` of the network's neurons are motors."""
         values = np.zeros(len(trace.sensors))
-        self._trace_values(*_seen(trace, n_motors), values)
+        try:
+            self._trace_values(*_seen(trace, n_motors), values)
+        except IndexError as error:
+            raise self.value.reached_too_far(error) from error
         return values
 
+    def so_far(self, values: Floats) -> Floats:
+        """What a trial would be worth if it ended after each of its steps, shape ``(n,)``."""
+        totals = np.zeros(len(values))
+        _totals(values, self.first, self.rule, totals)
+        return self.worth(totals, np.arange(1, len(values) + 1, dtype=np.int32))
+
     def total(self, values: Floats) -> float:
-        """What the values of a trial's steps add up to, in their order."""
-        return float(_total(values, self.first, self.rule))
+        """What the values of a trial's steps, at least one, add up to in their order."""
+        totals = np.zeros(len(values))
+        _totals(values, self.first, self.rule, totals)
+        return float(totals[-1])
 
     def complete(self, trials: Trials, results: Results) -> Results:
         """Results with their totals; a robot that tells its steps need not know of them.
@@ -140,11 +151,11 @@ def _trace_values(sensors: Floats, motors: Floats, states: Floats, values: Float
 
 
 @compiled
-def _total(values: Floats, first: float, rule: int) -> float:
+def _totals(values: Floats, first: float, rule: int, totals: Floats) -> None:
     total = first
     for step in range(values.shape[0]):
         total = combined(total, values[step], rule)
-    return total
+        totals[step] = total
 
 
 def _seen(trace: Trace, n_motors: int) -> tuple[Floats, Floats, Floats]:

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from math import inf
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sceann_hil.errors import PluginError
-from sceann_hil.robot import Results, RobotSpec, Trials
+from sceann_hil.robot import Results, RobotSpec
 from sceann_hil.robot.accumulation import Accumulation, Combine
 from sceann_hil.robot.step_value import StepValue
 from sceann_hil.robot.task import Task
@@ -57,7 +55,7 @@ class StepTask(Task):
             rule = Combine(combine)
         except ValueError:
             raise PluginError(f"combine: expected {', '.join(Combine)}, got {combine!r}.") from None
-        self.accumulation = Accumulation(value, rule)
+        self._adds_up = self.accumulation = Accumulation(value, rule)
         self.name = name or value.function.__name__
         self.max_steps = max_steps
         self.start_fields = tuple(start_fields)
@@ -79,17 +77,14 @@ class StepTask(Task):
             ValueError: see `Task.check_robot`.
         """
         super().check_robot(spec)
-        self.accumulation.value.check(spec)
-
-    def trials(self, *args: Any, **kwargs: Any) -> Trials:
-        return replace(super().trials(*args, **kwargs), accumulation=self.accumulation)
+        self._adds_up.value.check(spec)
 
     def fitness(self, results: Results) -> NDArray[np.float64]:
         if results.values is None:
             if not results.counts.any():
                 return np.full(len(results), np.nan)
             raise ValueError("results: expected the totals of the trials' steps, see Trials.completed")
-        return self.accumulation.worth(results.values, results.steps)
+        return self._adds_up.worth(results.values, results.steps)
 
     def succeeded(self, results: Results) -> NDArray[np.bool_]:
         if self._succeeded is None:

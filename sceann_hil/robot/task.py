@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,6 +12,9 @@ from sceann_hil.network.coding import Weights
 from sceann_hil.network.phenotype import Phenotype
 from sceann_hil.robot import Results, RobotSpec, Trials
 from sceann_hil.robot.trials import MOST_STEPS
+
+if TYPE_CHECKING:
+    from sceann_hil.robot.accumulation import Accumulation
 
 
 class Task(ABC):
@@ -24,6 +28,7 @@ class Task(ABC):
         worst_fitness: no trial can be worth less.
         goal_by_operator: the robot cannot tell that the goal is reached; a person says so.
         score_by_operator: a person says after a trial how good it was, 0 to 9: that is `Results.values`.
+        accumulation: what it adds up over a trial's steps, if it does (`sceann_hil.robot.step_task`).
     """
 
     name: str
@@ -33,6 +38,7 @@ class Task(ABC):
     worst_fitness: float = 0.0
     goal_by_operator: bool = False
     score_by_operator: bool = False
+    accumulation: Accumulation | None = None
 
     @property
     @abstractmethod
@@ -110,7 +116,13 @@ class Task(ABC):
             starts: start values of trials that are in the journal already, shape ``(n, n_start)``; otherwise the
                 task's own.
             run_id: see `Trials`.
+
+        Raises:
+            ValueError: see `Trials`; or starts of another number of values than the task's.
         """
+        if starts is not None and np.shape(starts)[1:] != (len(self.start_fields),):
+            expected = f"{len(self.start_fields)} values ({_listed(self.start_fields)})"
+            raise ValueError(f"starts: expected {expected} for each trial, got shape {np.shape(starts)}")
         individual, trial, noise = (np.ravel(array) for array in np.broadcast_arrays(individual, trial, keys))
         return Trials(
             size=phenotype.size,
@@ -122,6 +134,7 @@ class Task(ABC):
             max_steps=self.max_steps,
             ids=np.arange(len(individual)) if ids is None else ids,
             run_id=run_id,
+            accumulation=self.accumulation,
         )
 
     def instruction(self, trial: int) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
@@ -91,18 +92,11 @@ class Trials:
 
     def take(self, which: slice | NDArray[np.intp]) -> Trials:
         """Some of the trials, in the order asked for."""
-        return Trials(
-            self.size,
-            self.dynamics,
-            self.weights,
-            self.genome_index[which],
-            self.starts[which],
-            self.keys[which],
-            self.max_steps,
-            self.ids[which],
-            self.run_id,
-            self.accumulation,
-        )
+        # a copy is not checked again: whoever runs trials one by one would check all weights for each of them
+        part = copy.copy(self)
+        for name in ("genome_index", "starts", "keys", "ids"):
+            object.__setattr__(part, name, getattr(self, name)[which])
+        return part
 
     def completed(self, results: Results) -> Results:
         """What a robot told, with the totals of its steps where the task adds something up.

@@ -33,13 +33,14 @@ from sceann_hil.journal import (
 from sceann_hil.journal.reader import journal_path
 from sceann_hil.journal.salvage import return_to_generation
 from sceann_hil.places import make_folder
-from sceann_hil.robot import Robot
+from sceann_hil.robot import Robot, RobotError
 from sceann_hil.run.ancestor import Ancestor
 from sceann_hil.run.breeding import generations
 from sceann_hil.run.champion import champion_of
 from sceann_hil.run.evaluator import Evaluator
 from sceann_hil.run.measures import Measures
 from sceann_hil.run.reference import ReferenceRuns
+from sceann_hil.run.same_robot import check_same_robot
 from sceann_hil.run.session import Presence, begin_session
 from sceann_hil.supervision.forecast import Cost, Forecast
 from sceann_hil.supervision.operators import Desk
@@ -193,8 +194,11 @@ class Experiment:
         runner = begin_session(self.journal, config, robot, self._forecast(robot), presence)
         runner.before = ReferenceRuns(config.reference, runner, config.seed).run_if_due
         evaluator = Evaluator(runner, config.seed, config.saving)
-        self.journal.note("started" if reader.last_generation() is None else "resumed", f"process {os.getpid()}")
+        begun = any(kind == "started" for _, _, kind, _ in reader.events())
+        self.journal.note("resumed" if begun else "started", f"process {os.getpid()}")
         try:
+            if config.algorithm.weighs_trials:
+                check_same_robot(self.journal, robot, presence.desk or Desk(asks=False, stop=stop))
             for number, state in generations(self.journal, algorithm, config.seed, last, Measures.of(config)):
                 started = time.monotonic()
                 of = algorithm.wanted(state, runner.task.n_trials)
@@ -214,6 +218,9 @@ class Experiment:
                     raise stopped
         except Stopped as stopped:
             return self._ended(presence, _OUTCOMES[stopped.reason], stopped.message)
+        except RobotError as error:
+            self.journal.note("stopped", str(error))
+            raise
         return self._ended(presence, Outcome.FINISHED, "All generations are evaluated")
 
     def _ended(self, presence: Presence, outcome: Outcome, why: str) -> Outcome:

@@ -29,7 +29,7 @@ from sceann_hil.config import ExperimentConfig, dump_config
 from sceann_hil.journal import AttemptKind, AttemptRow, Journal
 from sceann_hil.network.coding import Bits, genome_from_hex, genome_to_hex
 from sceann_hil.network.phenotype import Phenotype
-from sceann_hil.robot import EndReason, Results, Robot, Trace
+from sceann_hil.robot import EndReason, Results, Robot, RobotError, Trace
 from sceann_hil.robot.task import Task
 from sceann_hil.run.replay import measured_trace
 from sceann_hil.run.session import Presence, begin_session
@@ -255,8 +255,8 @@ def measuring(
     journal.note("measuring", f"{kind} on {robot.spec.name}, measurement {identity}{', gone on with' if begun else ''}")
     try:
         yield Measuring(identity, kind, runner, config.seed)
-    except Stopped as stopped:
-        journal.note("stopped", f"{kind}: {stopped.message}")
+    except (Stopped, RobotError) as stopped:
+        journal.note("stopped", f"{kind}: {stopped}")
         raise
     journal.finish_measurement(identity)
     journal.note("measured", f"{kind}, measurement {identity}")

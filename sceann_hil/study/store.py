@@ -24,9 +24,9 @@ from sceann_hil.journal.seal import Sealer, is_untouched
 from sceann_hil.journal.transactions import Transactions
 from sceann_hil.journal.verify import Verdict, complaints_of_sqlite
 from sceann_hil.places import make_folder
+from sceann_hil.study.blocks import BlockResult
 from sceann_hil.study.condition import Condition
 from sceann_hil.study.config import Study
-from sceann_hil.study.lockstep import BlockResult
 from sceann_hil.study.making import bring_up_to_date, create_study, identity_text, now_text, read_as_today
 from sceann_hil.study.schema import (
     APPLICATION_ID,

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import threading
+import time
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,9 +17,16 @@ from sceann_hil.network.coding import NetworkSize
 from sceann_hil.network.controller import Controller, Dynamics, state_hash
 from sceann_hil.plugins import RobotConfig
 from sceann_hil.robot import EndReason, Health, Results, Robot, RobotError, Trace, Trials
+from sceann_hil.supervision.operators import Desk, Situation
+from sceann_hil.supervision.signals import Signals
 from sceann_hil.testing.checks import check as _check
 
 _VOID_ATTEMPTS = 5
+_SIGNAL_S = 0.5
+"""How long a robot moves before it is stopped."""
+_SOON_S = 3.0
+"""How long after that its trial may take to end."""
+_ENDLESS_S = 30.0
 
 
 class RobotConformance(ABC):
@@ -150,6 +161,32 @@ class RobotConformance(ABC):
             _check(len(results) == 1, f"settle: expected one result, got {len(results)}")
             if results.counts[0]:
                 _check(int(results.steps[0]) >= 1, "settle: a result without a step")
+
+    def test_a_signal_stops_it_in_the_middle_of_a_trial(self) -> None:
+        """SIGTERM comes while it moves: the trial ends soon, void, with the motors safe (and never as a result).
+
+        Give a real robot a watchdog besides: against ``kill -9`` nothing on this computer helps.
+        """
+        with self._connected() as robot:
+            if robot.spec.repeatable:
+                return
+            steps = min(int(_ENDLESS_S / robot.spec.tick_s), 65_535)
+            one = self._trials(robot, steps, first_id=50_000).take(slice(0, 1))
+            desk, signals = Desk(asks=False), Signals(lambda _: None)
+            signals.beside(robot, desk)
+            timer = threading.Timer(_SIGNAL_S, os.kill, (os.getpid(), signal.SIGTERM))
+            with signals.watched():
+                timer.start()
+                began_s = time.monotonic()
+                with desk.flight(Situation(0, 0, 0, 0, ""), robot.interrupt):
+                    results = robot.run(one)
+                took_s = time.monotonic() - began_s
+                timer.join()
+            if took_s < _SIGNAL_S:
+                return  # the task ended before
+            _check(took_s < _SIGNAL_S + _SOON_S, f"interrupt: the trial went on for {took_s - _SIGNAL_S:.1f} s")
+            _check(not results.counts[0], "interrupt: a trial that was stopped came back as a result")
+            _check(robot.make_safe("conformance"), "make_safe: expected True from a robot that is connected")
 
     # -- tools ------------------------------------------------------------------------------------------------------
 

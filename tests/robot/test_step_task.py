@@ -87,6 +87,7 @@ def test_the_value_of_a_step_is_what_its_author_wrote_of_what_the_controller_saw
                 value(wire / 1023.0, x[-2:] / 1024.0, state.astype(np.float64))
                 for wire, x, state in zip(trace.sensors, trace.x, trace.state[:-1], strict=True)
             ]
+            assert task.accumulation is not None
             np.testing.assert_allclose(task.accumulation.of_steps(trace, 2), expected, rtol=1e-12)
             np.testing.assert_allclose(results.values[i], np.sum(expected), rtol=1e-9)
 
@@ -256,3 +257,34 @@ def test_a_task_that_cannot_be_meant_is_refused(make: Callable[[], object], mess
 def test_a_robot_of_other_start_fields_is_refused() -> None:
     with pytest.raises(ValueError, match="the task avoid starts its trials from x_m, y_m, heading_rad, but the robot"):
         _task(avoid).check_robot(CartPole(2).spec)
+
+
+@pytest.mark.parametrize("combine", Combine)
+def test_the_fitness_so_far_ends_at_the_fitness(combine: str) -> None:
+    robot, task = DifferentialDrive(5), _task(speed, combine)
+    trials = _trials(task, robot, 1)
+    results = robot.trace(trials)
+    assert results.traces is not None
+    assert task.accumulation is not None
+    for i, trace in enumerate(results.traces):
+        values = task.accumulation.of_steps(trace, 2)
+        so_far = task.accumulation.so_far(values)
+        assert so_far[-1] == task.fitness(results)[i]
+        assert so_far[0] == values[0]
+
+
+def _too_far_when_bright(sensors: Floats, motors: Floats, state: Floats) -> float:
+    # a step that is tried beforehand has no such sensors
+    return sensors[7] if 0.2 < sensors[0] < 0.3 else motors[0]  # type: ignore[no-any-return]
+
+
+def test_a_rare_step_that_reads_too_far_is_no_fitness_either() -> None:
+    robot = DifferentialDrive(5)
+    task = _task(step_value(_too_far_when_bright))
+    task.check_robot(robot.spec)
+    trials = _trials(task, robot)
+    with pytest.raises(PluginError, match=r"_too_far_when_bright .* that the robot does not have"):
+        robot.run(trials)
+    traced = robot.trace(replace(trials, accumulation=None))
+    with pytest.raises(PluginError, match=r"_too_far_when_bright .* that the robot does not have"):
+        trials.completed(traced)

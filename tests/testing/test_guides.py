@@ -10,11 +10,14 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from rerun.chunk import Chunk
 
 from backends.diffdrive import DifferentialDriveConfig
 from sceann_hil.config import ExperimentConfig, dump_config, parse_config
 from sceann_hil.journal import AttemptRow, JournalReader
 from sceann_hil.plugins import RobotConfig, TaskConfig
+from sceann_hil.recording.chunks import trial_chunks
+from sceann_hil.recording.source import RunSource
 from sceann_hil.run.experiment import Experiment
 from sceann_hil.run.replay import replay, sessions_of_another_body
 from sceann_hil.study import Block, compute_block
@@ -146,6 +149,15 @@ def test_the_task_of_the_guide_works_in_every_command(tmp_path: Path) -> None:
     reader.close()
     assert all(row.value is not None and row.fitness == row.value / row.steps for row in rows if row.steps)
 
+    # the viewer draws the values, and what they add up to
+    source = RunSource(tmp_path / "run")
+    shown = source.generation(2).trials[0]
+    chunks = {chunk.entity_path: chunk for chunk in trial_chunks(source.run, shown, full=False)}
+    drawn = {name: _curve(chunks[f"/signals/{name}"]) for name in ("value", "worth")}
+    source.close()
+    assert len(drawn["value"]) == shown.steps
+    assert drawn["worth"][-1] == shown.fitness
+
     # a study's runs are the same runs
     block = Block(0, 0, dump_config(config), (config.seed,))
     assert compute_block(block).best[0].tolist() == pytest.approx(
@@ -165,6 +177,12 @@ def test_the_task_of_the_guide_works_in_every_command(tmp_path: Path) -> None:
     assert len(fitness) == 2**tiny.genome_length
     assert np.isfinite(fitness).all()
     assert np.ptp(fitness) > 0
+
+
+def _curve(chunk: Chunk) -> list[float]:
+    table = chunk.to_record_batch().to_pydict()
+    (column,) = (values for name, values in table.items() if "scalars" in name.lower())
+    return [float(value) for (value,) in column]
 
 
 def _mean(rows: list[AttemptRow], generation: int) -> dict[int, float]:

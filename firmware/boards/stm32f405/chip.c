@@ -1,19 +1,27 @@
 /*
  * STM32F405 (Adafruit Feather, SparkFun MicroMod, Netduino Plus 2; QEMU's netduinoplus2): 168 MHz from the internal
- * oscillator, USART 1 on PA9 (out) and PA10 (in), backup SRAM as store, independent watchdog.
+ * oscillator, USART 1 on PA9 (out) and PA10 (in) or CAN 1 on PB8 and PB9, backup SRAM as store, independent watchdog.
  *
  * The backup SRAM lives as long as the chip or its VBAT pin has power. QEMU models neither it nor the clocks: reading it
  * there is a bus fault, so it is probed before use, and waits for clocks end by their bound.
  */
 #include "chip.h"
 
+#include "can.h"
+
 #include <string.h>
+
+#ifndef SCEANN_CAN
+#define SCEANN_CAN 0                   /* 1: the link is on CAN, not on the UART */
+#endif
 
 #define RCC(offset) REGISTER(0x40023800u + (offset))
 #define FLASH_ACR REGISTER(0x40023C00u)
 #define PWR_CR REGISTER(0x40007000u)
 #define PWR_CSR REGISTER(0x40007004u)
 #define GPIOA(offset) REGISTER(0x40020000u + (offset))
+#define GPIOB(offset) REGISTER(0x40020400u + (offset))
+#define CAN(offset) REGISTER(0x40006400u + (offset))
 #define USART(offset) REGISTER(0x40011000u + (offset))
 #define IWDG(offset) REGISTER(0x40003000u + (offset))
 #define UNIQUE_ID 0x1FFF7A10u
@@ -83,6 +91,40 @@ bool chip_uart_put(uint8_t byte)
     USART(4u) = byte;
     return true;
 }
+
+/* ---- CAN: the driver is in can.c -------------------------------------------------------------------------------------- */
+
+uint32_t can_get(uint32_t offset)
+{
+    return CAN(offset);
+}
+
+void can_put(uint32_t offset, uint32_t value)
+{
+    CAN(offset) = value;
+}
+
+#if SCEANN_CAN
+static void can_link(sceann_port *port)
+{
+    RCC(0x30u) |= 1u << 1;                             /* GPIO B */
+    RCC(0x40u) |= 1u << 25;                            /* CAN 1 */
+    GPIOB(0x24u) = (GPIOB(0x24u) & ~0xFFu) | 0x99u;    /* alternate function 9 on PB8, PB9 */
+    GPIOB(0x00u) = (GPIOB(0x00u) & ~(0xFu << 16)) | 0xAu << 16;
+    GPIOB(0x0Cu) = (GPIOB(0x0Cu) & ~(3u << 16)) | 1u << 16;
+    if (can_init()) {
+        port->receive = can_receive;
+        port->send = can_send;
+        port->listen = can_listen;
+    }
+}
+
+bool chip_may_sleep(uint32_t us)
+{
+    (void)us;
+    return false;                                      /* frames are polled for */
+}
+#endif
 
 /* ---- memory that may not be there ---------------------------------------------------------------------------------- */
 
@@ -172,6 +214,9 @@ void chip_init(sceann_port *port)
     clock_init();
     uart_init();
     memcpy(port->name, "stm32f405", 10);
+#if SCEANN_CAN
+    can_link(port);
+#endif
     if (readable(UNIQUE_ID)) {
         memcpy(port->unique_id, (const void *)UNIQUE_ID, sizeof port->unique_id);
     }

@@ -67,7 +67,7 @@ def test_idle_connections_displace_each_other_and_nobody_with_the_token(panel: W
 
 def test_who_says_nothing_or_says_it_slowly_is_shown_out(panel: WebPanel, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(gate, "PATIENCE_S", 0.2)
-    monkeypatch.setattr("sceann_hil.supervision.operators.web.server.PATIENCE_S", 0.2)
+    monkeypatch.setattr("sceann_hil.supervision.operators.web.guard.PATIENCE_S", 0.2)
     with ExitStack() as stack:
         silent, slow = connect(panel, stack, 2)
         slow.sendall(b"GET / HT")

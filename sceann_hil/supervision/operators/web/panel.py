@@ -24,7 +24,7 @@ from sceann_hil.supervision.operators.verbs import Verb
 from sceann_hil.supervision.operators.web.access import Access, in_a_link, is_local, reachable_host
 from sceann_hil.supervision.operators.web.document import as_json
 from sceann_hil.supervision.operators.web.pose import draw_pose
-from sceann_hil.supervision.operators.web.server import ALIVE_S, Behind, Feed, PanelServer
+from sceann_hil.supervision.operators.web.server import ALIVE_S, Behind, Feed, panel_server
 
 BACKLOG = 1024
 """Connections that the system keeps for us until we look: a burst of strangers must not make a phone wait and retry."""
@@ -99,7 +99,7 @@ class WebPanel(Operator):
         loop.set_default_executor(ThreadPoolExecutor(PRESSING_THREADS, "press"))
         feed = Feed()
         behind = Behind(self.access, self._press, self._pose, self.desk.seen, feed)
-        server = PanelServer.answering(behind, self._sockets)
+        server = panel_server(behind, self._sockets)
         sweeping = asyncio.create_task(server.keep_order())
         threading.Thread(target=self._watch, args=(loop, feed), name="panel view", daemon=True).start()
         await self._over.wait()

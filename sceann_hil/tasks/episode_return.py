@@ -1,0 +1,71 @@
+"""What an environment itself rewards: the sum of a trial's rewards, as reinforcement learning has it."""
+
+from __future__ import annotations
+
+from math import inf
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from sceann_hil.plugins import TaskConfig
+from sceann_hil.robot import Results
+from sceann_hil.robot.task import Task
+
+
+class EpisodeReturn(Task):
+    """Fitness of a trial is the sum of the rewards of its steps.
+
+    Args:
+        max_steps: a trial ends after this many steps.
+        seeds: one trial for each; the episode begins with it.
+        success: a trial that is worth at least this counts as a success; none does if it is None.
+    """
+
+    name = "episode_return"
+    start_fields = ("seed",)
+    best_fitness = inf
+    worst_fitness = -inf
+
+    def __init__(self, max_steps: int, seeds: tuple[int, ...], success: float | None) -> None:
+        self.max_steps = max_steps
+        self._seeds = np.array(seeds, np.float64)[:, None]
+        self._success = success
+
+    @property
+    def starts(self) -> NDArray[np.float64]:
+        return self._seeds
+
+    def fitness(self, results: Results) -> NDArray[np.float64]:
+        if results.values is None:
+            if not results.counts.any():
+                return np.full(len(results), np.nan)
+            raise ValueError("results: expected the sum of each trial's rewards, which this robot does not tell")
+        return results.values
+
+    def succeeded(self, results: Results) -> NDArray[np.bool_]:
+        if self._success is None:
+            return np.zeros(len(results), np.bool_)
+        return np.asarray((self.fitness(results) >= self._success) & results.counts)
+
+
+class EpisodeReturnConfig(TaskConfig):
+    """The sum of the rewards that an environment gives: for robots of type gymnasium."""
+
+    type: Literal["episode_return"] = "episode_return"
+    max_steps: Annotated[int, Field(ge=1, le=65_535)] = 500
+    """Steps after which a trial ends."""
+    seeds: Annotated[tuple[Annotated[int, Field(ge=0, lt=2**31)], ...], Field(min_length=1, max_length=1000)] = (
+        0,
+        1,
+        2,
+        3,
+        4,
+    )
+    """One trial for each: the episode begins with it."""
+    success: float | None = None
+    """A trial that is worth at least this counts as a success."""
+
+    def build(self) -> EpisodeReturn:
+        return EpisodeReturn(self.max_steps, self.seeds, self.success)
