@@ -127,12 +127,20 @@ class SimulatedRobot(SimulatedBody):
                 totals[part],
             )
 
+        def simulate_all() -> None:
+            if len(parts) < 2 or self._threads == 1:
+                simulate(slice(0, n))
+            else:
+                list(self._pool.map(simulate, parts))
+
         share = max(_SMALLEST_SHARE, -(-n // (self._threads * _SHARES_PER_THREAD)))
         parts = [slice(first, min(first + share, n)) for first in range(0, n, share)]
-        if len(parts) < 2 or self._threads == 1:
-            simulate(slice(0, n))
-        else:
-            list(self._pool.map(simulate, parts))
+        try:
+            simulate_all()
+        except IndexError as error:
+            if accumulation is None:
+                raise
+            raise accumulation.value.reached_too_far(error) from error
         traces = None
         if tracing:
             traces = [
