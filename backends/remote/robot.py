@@ -16,7 +16,7 @@ from backends.remote.verdict import end_reason, ended, first_difference, result
 from backends.simulation.body import SimulatedBody
 from backends.simulation.stepwise import StepwiseBody
 from sceann_hil.link.descriptor import Descriptor
-from sceann_hil.link.lockstep import run_lockstep
+from sceann_hil.link.hil import run_hil_trial
 from sceann_hil.link.messages import LinkEnd
 from sceann_hil.link.onboard import run_onboard
 from sceann_hil.link.session import Refused, RobotLink
@@ -229,11 +229,7 @@ class RemoteRobot(Robot):
         size, spec = trials.size, self._spec
         if len(trials) != 1:
             raise ValueError(f"trials: expected 1 at a time, got {len(trials)}")
-        if (size.n_sensors, size.n_motors) != (spec.n_sensors, spec.n_motors):
-            raise ValueError(
-                f"network: expected {spec.n_sensors} sensors and {spec.n_motors} motors for {spec.name}, "
-                f"got {size.n_sensors} and {size.n_motors}"
-            )
+        size.check_fits(spec.n_sensors, spec.n_motors, spec.name)
         self._complaint = ""
         self._make_ready(trials)
         if self._interrupted is not None:
@@ -295,7 +291,7 @@ class RemoteRobot(Robot):
                 follower = run_tethered(self.link, order, controller, self._watch, self._observer)
             elif self._body is not None:
                 self._body.reset(trials.starts[0], trials.keys[0])
-                follower, states = run_lockstep(self.link, order, self._body, self._observer)
+                follower, states = run_hil_trial(self.link, order, self._body, self._observer)
         except Refused as refused:
             if refused.status is Status.ALARM:
                 told = ", ".join((*self._board_fault(), *self.health().messages))

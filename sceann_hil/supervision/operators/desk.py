@@ -1,4 +1,4 @@
-"""The desk between the run and the people beside it: everybody's words go over it, the first answer wins.
+"""The desk between the run and the people beside it: all their words go over it, the first answer wins.
 
 The run asks and waits in its own thread; operators press in theirs. What is accepted follows `ACCEPTED`; everything
 else is refused with a reason and changes nothing.
