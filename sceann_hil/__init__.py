@@ -41,6 +41,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from sceann_hil.lazily import lazily
+
 if TYPE_CHECKING:
     from sceann_hil import config
     from sceann_hil.api import Individual, Run, Trial, evolve, export, open, simulate
@@ -73,33 +75,24 @@ __all__ = [
     "simulate",
 ]
 
-_HOME = {
-    "Algorithm": "evolution",
-    "AlgorithmConfig": "plugins",
-    "BatchEvaluator": "run.batch",
-    "EndReason": "robot",
-    "ExperimentConfig": "config",
-    "Individual": "api",
-    "Robot": "robot",
-    "RobotConfig": "plugins",
-    "Run": "api",
-    "Task": "robot.task",
-    "TaskConfig": "plugins",
-    "Trial": "api",
-    "UserError": "errors",
-    "evolve": "api",
-    "export": "api",
-    "open": "api",
-    "simulate": "api",
-}
+_get = lazily(
+    __name__,
+    {
+        "api": ("Individual", "Run", "Trial", "evolve", "export", "open", "simulate"),
+        "config": ("ExperimentConfig",),
+        "errors": ("UserError",),
+        "evolution": ("Algorithm",),
+        "plugins": ("AlgorithmConfig", "RobotConfig", "TaskConfig"),
+        "robot": ("EndReason", "Robot"),
+        "robot.task": ("Task",),
+        "run.batch": ("BatchEvaluator",),
+    },
+)
 
 
 def __getattr__(name: str) -> Any:
-    if name == "config":
-        return import_module("sceann_hil.config")
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+    # the room of this name is the function too
+    return import_module("sceann_hil.config") if name == "config" else _get(name)
 
 
 def __dir__() -> list[str]:

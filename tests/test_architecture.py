@@ -13,7 +13,18 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 ROOMS = (
-    *("timespans", "errors", "seeds", "derived", "plugins", "registry", "versions", "plugin_faults"),
+    *(
+        "timespans",
+        "pasting",
+        "errors",
+        "places",
+        "seeds",
+        "derived",
+        "plugins",
+        "registry",
+        "versions",
+        "plugin_faults",
+    ),
     *("network", "robot", "tasks", "evolution", "journal", "link", "supervision", "config"),
     *("run", "firmware", "recording", "study", "commands", "api", "cli"),
 )

@@ -16,14 +16,14 @@ from backends.remote.verdict import end_reason, ended, first_difference, result
 from backends.simulation.body import SimulatedBody
 from backends.simulation.stepwise import StepwiseBody
 from sceann_hil.link.descriptor import Descriptor
-from sceann_hil.link.lockstep import run_lockstep
+from sceann_hil.link.hil import run_hil_trial
 from sceann_hil.link.messages import LinkEnd
 from sceann_hil.link.onboard import run_onboard
 from sceann_hil.link.session import Refused, RobotLink
 from sceann_hil.link.statistics import lateness_s
 from sceann_hil.link.tethered import run_tethered
 from sceann_hil.link.trial import Follower, Order, TrialLost, Watch
-from sceann_hil.link.vocabulary import Mode, Op, State, Status
+from sceann_hil.link.vocabulary import EventCode, Mode, Op, State, Status
 from sceann_hil.network.controller import Controller
 from sceann_hil.network.recompute import recompute
 from sceann_hil.robot import (
@@ -41,6 +41,8 @@ from sceann_hil.robot.diagnosis import Finding
 from sceann_hil.robot.drawing import Drawing
 from sceann_hil.robot.durations import Durations
 
+SILENT_BODY = 1
+"""Fault of a virtual board whose simulated body did not answer (``firmware/boards/posix/board.h``)."""
 PROBES = 20
 """Requests that say how good a line is while no trial runs."""
 LEAST_MESSAGES = 20
@@ -98,6 +100,12 @@ class RemoteRobot(Robot):
             LinkError: there is none.
         """
         return self._connection.connected
+
+    @property
+    def identity(self) -> str | None:
+        """The board's own number."""
+        known = self._connection.descriptor
+        return None if known is None else f"{known.unique_id:014x}"
 
     @property
     def descriptor(self) -> Descriptor | None:
@@ -187,6 +195,16 @@ class RemoteRobot(Robot):
             self._link_quality = 0.0
             self._connection.seek()
 
+    def _board_fault(self) -> tuple[str, ...]:
+        """What the board itself said last, if it was a fault."""
+        events = self.link.events
+        faults = [event.argument for event in events if event.code == EventCode.FAULT]
+        if not faults or not events or events[-1].code not in (EventCode.FAULT, EventCode.STATE_CHANGE):
+            return ()
+        if self.descriptor is not None and self.descriptor.name.startswith("virtual") and faults[-1] == SILENT_BODY:
+            return ("its simulated body did not answer in time: this computer was too slow",)
+        return (f"board fault {faults[-1]}",)
+
     def _complaints(self) -> tuple[str, ...]:
         return (self._complaint,) if self._complaint else ()
 
@@ -211,11 +229,7 @@ class RemoteRobot(Robot):
         size, spec = trials.size, self._spec
         if len(trials) != 1:
             raise ValueError(f"trials: expected 1 at a time, got {len(trials)}")
-        if (size.n_sensors, size.n_motors) != (spec.n_sensors, spec.n_motors):
-            raise ValueError(
-                f"network: expected {spec.n_sensors} sensors and {spec.n_motors} motors for {spec.name}, "
-                f"got {size.n_sensors} and {size.n_motors}"
-            )
+        size.check_fits(spec.n_sensors, spec.n_motors, spec.name)
         self._complaint = ""
         self._make_ready(trials)
         if self._interrupted is not None:
@@ -277,10 +291,10 @@ class RemoteRobot(Robot):
                 follower = run_tethered(self.link, order, controller, self._watch, self._observer)
             elif self._body is not None:
                 self._body.reset(trials.starts[0], trials.keys[0])
-                follower, states = run_lockstep(self.link, order, self._body, self._observer)
+                follower, states = run_hil_trial(self.link, order, self._body, self._observer)
         except Refused as refused:
             if refused.status is Status.ALARM:
-                told = ", ".join(self.health().messages)
+                told = ", ".join((*self._board_fault(), *self.health().messages))
                 raise RobotFault(f"{self._spec.name} does not arm: bumper, battery or stop button ({told})") from None
             raise
         for late_s in lateness_s(follower.heard_s).tolist():
@@ -299,7 +313,7 @@ class RemoteRobot(Robot):
             # the robot knows only that it was stopped; who stopped it knows why
             reason = self._interrupted
         if reason.is_void:
-            self._complaint = f"the robot ended the trial: {reason}"
+            self._complaint = ": ".join((f"the robot ended the trial: {reason}", *self._board_fault()))
             return Results.void(1, reason, len(self._spec.state_fields), self._complaint)
         steps = ticks if follower.task_end is None else follower.task_end[1] + 1
         contradiction = follower.contradiction or _ends_impossibly(follower, ticks, steps)

@@ -78,11 +78,7 @@ class SimulatedRobot(SimulatedBody):
 
     def _simulate(self, trials: Trials, *, tracing: bool) -> Results:
         spec, size = self.spec, trials.size
-        if (size.n_sensors, size.n_motors) != (spec.n_sensors, spec.n_motors):
-            raise ValueError(
-                f"network: expected {spec.n_sensors} sensors and {spec.n_motors} motors for {spec.name}, "
-                f"got {size.n_sensors} and {size.n_motors}"
-            )
+        size.check_fits(spec.n_sensors, spec.n_motors, spec.name)
         n, n_state = len(trials), len(spec.state_fields)
         rows = n if tracing else 0
         end_reasons = np.empty(n, np.uint8)
@@ -127,12 +123,20 @@ class SimulatedRobot(SimulatedBody):
                 totals[part],
             )
 
+        def simulate_all() -> None:
+            if len(parts) < 2 or self._threads == 1:
+                simulate(slice(0, n))
+            else:
+                list(self._pool.map(simulate, parts))
+
         share = max(_SMALLEST_SHARE, -(-n // (self._threads * _SHARES_PER_THREAD)))
         parts = [slice(first, min(first + share, n)) for first in range(0, n, share)]
-        if len(parts) < 2 or self._threads == 1:
-            simulate(slice(0, n))
-        else:
-            list(self._pool.map(simulate, parts))
+        try:
+            simulate_all()
+        except IndexError as error:
+            if accumulation is None:
+                raise
+            raise accumulation.value.reached_too_far(error) from error
         traces = None
         if tracing:
             traces = [

@@ -12,7 +12,6 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 from sceann_hil.commands.arguments import (
@@ -30,6 +29,7 @@ from sceann_hil.commands.arguments import (
     overrides_of,
     print_json,
 )
+from sceann_hil.commands.printing import print_table
 from sceann_hil.commands.progress import show_preparation, show_progress
 from sceann_hil.commands.recording import Live, Record, RecordChoice, must_be_watchable, recorded, watched_live
 from sceann_hil.config import load_config
@@ -231,13 +231,13 @@ def _summary(experiment: Experiment, outcome: Outcome, evolved_s: float) -> dict
 
 def _print_summary(console: Console, summary: dict[str, Any], record: RecordChoice) -> None:
     directory, champion = summary["directory"], summary["champion"]
-    table = Table(show_header=False, title=f"Run {escape(str(directory))}: {summary['outcome'].replace('_', ' ')}")
+    table = Table(show_header=False)
     table.add_row("generations", f"{summary['generations']}")
     table.add_row("trials", f"{summary['trials']} in {summary['evolved_s']:.1f} s")
     if champion:
         table.add_row("best fitness", f"[bold]{champion['fitness']:.4g}[/] (individual {champion['individual']})")
         table.add_row("its genome", champion["genome"])
-    console.print(table)
+    print_table(console, f"Run {directory}: {summary['outcome'].replace('_', ' ')}", table)
     follow = ["status"] if summary["outcome"] == "finished" else ["resume", "status"]
     follow += [] if record is RecordChoice.NONE else ["view"]
     reason = summary["why_stopped"]

@@ -119,9 +119,9 @@ def flash_board(
     kind = board_named(board)
     plan = plan_flash(image, kind, port, baud, upload_baud)
     if build_only:
-        console.print(f"firmware  {plan.image}")
+        console.print(f"firmware  {plan.image}", markup=False, soft_wrap=True)
     elif dry_run:
-        console.print(f"firmware  {plan.image}\nupload    {plan.shell}")
+        console.print(f"firmware  {plan.image}\nupload    {plan.shell}", markup=False, soft_wrap=True)
         console.print(
             f"genome    {image.record_crc:08x}, {len(image.genome)} bits, over {port or 'PORT'} at {baud} baud"
         )
@@ -131,7 +131,7 @@ def flash_board(
 
 
 def _tell(console: Console, on_robot: OnRobot) -> None:
-    console.print(f"now on the robot: {on_robot}")
+    console.print(f"now on the robot: {on_robot}", markup=False)
 
 
 def verify_board(

@@ -25,6 +25,7 @@ from sceann_hil.commands.arguments import (
     print_json,
 )
 from sceann_hil.commands.measured import measured
+from sceann_hil.commands.printing import print_table
 from sceann_hil.config import ExperimentConfig, with_robot_of
 from sceann_hil.errors import ConfigError, NotARun
 from sceann_hil.journal import AttemptKind, IndividualRow, JournalReader
@@ -151,14 +152,14 @@ def repeat(
     if as_json:
         print_json(document)
         return
-    table = Table(show_header=False, title=f"Individual {row.id}, {n} times on {measurement.robot}")
+    table = Table(show_header=False)
     table.add_row("fitness", f"{spread.mean:.4g}, 95 % interval {spread.low:.4g} to {spread.high:.4g}")
     table.add_row("standard deviation of one repeat", f"{spread.deviation:.3g}")
     table.add_row("robot time", duration_text(float(measurement.durations_s.sum())))
     for difference in differences:
         needed = spread.repeats_to_tell(difference)
         table.add_row(f"repeats of each to tell a difference of {difference:.3g}", str(needed))
-    Console().print(table)
+    print_table(Console(), f"Individual {row.id}, {n} times on {measurement.robot}", table)
     typer.echo(folder)
 
 

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+from contextlib import closing
+from functools import partial
 from pathlib import Path
 from textwrap import indent
 from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 
 from sceann_hil.commands.arguments import AsJson, print_json
-from sceann_hil.config import load_config
+from sceann_hil.commands.ending import EXIT_CODES
+from sceann_hil.config import ExperimentConfig, load_config
 from sceann_hil.errors import ConfigError, RobotIsFaulty
-from sceann_hil.plugins import RobotConfig
 from sceann_hil.robot import Robot
 from sceann_hil.robot.diagnosis import Finding, Verdict
+from sceann_hil.run.examination import examined
+from sceann_hil.supervision.operators import Desk
+from sceann_hil.supervision.signals import Signals
 
 _COLOUR = {Verdict.GOOD: "green", Verdict.BAD: "bold red", Verdict.NOT_DONE: "yellow"}
 
@@ -34,14 +40,29 @@ def doctor(
 ) -> None:
     """Examine a robot: port, handshake, latency, losses, watchdog, sensors and motors, each with advice.
 
+    The configuration's suspenders hold for the motors too, and Ctrl-C stops the robot first.
+
     Example: sceann doctor --robot configs/my_robot.yaml --move
     """
     findings = []
     console = Console(highlight=False)
-    for finding in _robot(robot).diagnose(may_move=move):
-        findings.append(finding)
-        if not as_json:
-            _print(console, finding)
+    config = load_config(robot)
+    body = _robot(robot, config)
+    signals = Signals(
+        partial(Console(stderr=True, highlight=False).print, markup=False),
+        soon=lambda: "Stopping after this check.",
+    )
+    desk = Desk(asks=False, on_emergency=body.make_safe, stop=signals.request)
+    signals.beside(body, desk)
+    with signals.watched(), closing(examined(body, config, desk, may_move=move)) as checks:
+        for finding in checks:
+            findings.append(finding)
+            if not as_json:
+                _print(console, finding)
+            if (stopped := signals.request().at_once) is not None:
+                raise typer.Exit(EXIT_CODES[stopped.reason])
+    if (stopped := signals.request().at_once) is not None:
+        raise typer.Exit(EXIT_CODES[stopped.reason])
     if as_json:
         print_json(
             {
@@ -56,16 +77,15 @@ def doctor(
         raise RobotIsFaulty(f"The robot is not fit for work: {', '.join(bad)}.", "Follow the advice above.")
 
 
-def _robot(config: Path) -> Robot:
-    section: RobotConfig = load_config(config).robot
+def _robot(path: Path, config: ExperimentConfig) -> Robot:
     try:
-        return section.build()
+        return config.robot.build()
     except ValueError as error:
-        raise ConfigError(f"{config}: robot: {error}") from error
+        raise ConfigError(f"{path}: robot: {error}") from error
 
 
 def _print(console: Console, finding: Finding) -> None:
-    console.print(f"[{_COLOUR[finding.verdict]}]{finding.verdict.value:>8}[/]  [bold]{finding.check}[/]")
+    console.print(f"[{_COLOUR[finding.verdict]}]{finding.verdict.value:>8}[/]  [bold]{escape(finding.check)}[/]")
     console.print(indent(finding.detail, " " * 10), soft_wrap=True, markup=False)
     if finding.advice:
         console.print(indent(f"Advice: {finding.advice}", " " * 10), soft_wrap=True, markup=False)

@@ -12,6 +12,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from sceann_hil.commands.arguments import AsJson, RunDirectory, print_json
+from sceann_hil.commands.printing import print_table
 from sceann_hil.config import outline_of
 from sceann_hil.errors import ReplayDiffers
 from sceann_hil.journal import AttemptRow, JournalReader, RunLock
@@ -67,7 +68,7 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
         print_json(document)
         return
     console = Console(highlight=False)
-    table = Table(show_header=False, title=f"{escape(run.name)}: {state}")
+    table = Table(show_header=False)
     table.add_row("folder", escape(str(directory)))
     table.add_row("created", run.created_at)
     table.add_row("task, robot", f"{outline.task}, {outline.robot}")
@@ -81,7 +82,7 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
     if champion:
         table.add_row("champion", f"individual {champion.id}, fitness [bold]{champion.fitness:.4g}[/]")
         table.add_row("its genome", champion.genome)
-    console.print(table)
+    print_table(console, f"{run.name}: {state}", table)
     if generations:
         console.print("best fitness by generation", _sparkline([row.best_fitness or 0.0 for row in generations]))
     if state == "stopped":

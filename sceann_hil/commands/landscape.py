@@ -13,6 +13,7 @@ from rich.table import Table
 
 from sceann_hil.commands.arguments import AsJson, ConfigFile, Overrides, Seed, overrides_of, print_json
 from sceann_hil.commands.study_progress import tell_disk_full, told_when_interrupted
+from sceann_hil.pasting import pasteable
 from sceann_hil.study import cores, load_conditions
 from sceann_hil.study.condition import Condition
 from sceann_hil.study.landscape import Summary, analyse, enumerate_landscape
@@ -69,7 +70,7 @@ def enumerate_genomes(
         print_json({label: {name: getattr(s, name) for name in s.__slots__} for label, s in found.items()})
         return
     _print(Console(highlight=False), found)
-    console.print(f"  sceann report {out or Path('studies')}")
+    console.print(f"  sceann report {pasteable(out or Path('studies'))}", markup=False, soft_wrap=True)
 
 
 def _folder_name(condition: Condition) -> str:

@@ -74,7 +74,7 @@ def _explained(console: Console) -> Iterator[None]:
     try:
         yield
     except Stopped as stopped:
-        console.print(f"{stopped.message}. {kept}", soft_wrap=True)
+        console.print(f"{stopped.message}. {kept}", markup=False, soft_wrap=True)
         raise typer.Exit(EXIT_CODES[stopped.reason]) from None
     except RobotError as error:
         told = as_user_error(error)

@@ -53,7 +53,7 @@ def view(
     if picture is not None:
         complaints = viewing.picture(directory, screen, picture, at)
         for name, said in complaints.items():
-            console.print(f"{name}: {'; '.join(said)}")
+            console.print(f"{name}: {'; '.join(said)}", markup=False)
         typer.echo(picture)
         return
     if serve:

@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from sceann_hil.commands.arguments import AsJson, ConfigFile, Overrides, Seed, overrides_of, print_json
+from sceann_hil.commands.printing import print_table
 from sceann_hil.config import load_config, schema_text
 from sceann_hil.registry import Group, available, package_of
 from sceann_hil.run.plan import PROMPT_S, Plan
@@ -60,23 +61,20 @@ def plan(config: ConfigFile, seed: Seed = None, overrides: Overrides = None, as_
     if as_json:
         print_json(forecast.as_dict())
         return
-    table = Table(show_header=False, title=f"Plan of {config}")
+    table = Table(show_header=False)
     table.add_row("genome", f"{forecast.genome_length} bits, {forecast.n_genomes_in_space}")
     table.add_row("network", forecast.network)
     table.add_row("generations", f"{forecast.generations} of {forecast.population} individuals")
     table.add_row("trials", f"{forecast.trials} ({forecast.trials_per_individual} per individual)")
     table.add_row(
-        "robot time at most", f"{_time(forecast.longest_robot_s)} ({_time(forecast.longest_trial_s)} per trial)"
+        "robot time at most",
+        f"{duration_text(forecast.longest_robot_s)} ({duration_text(forecast.longest_trial_s)} per trial)",
     )
     table.add_row("prompts to a person", str(forecast.prompts))
     if not forecast.simulated:
-        table.add_row("wall time at most", f"{_time(forecast.longest_wall_s)} ({PROMPT_S:g} s per prompt)")
+        table.add_row("wall time at most", f"{duration_text(forecast.longest_wall_s)} ({PROMPT_S:g} s per prompt)")
     else:
         table.add_row("wall time", "far less: robot time is simulated")
     if forecast.fits:
         table.add_row("within the budget", forecast.fits)
-    Console().print(table)
-
-
-def _time(seconds: float) -> str:
-    return f"{seconds:g} s" if seconds < 60 else duration_text(seconds)
+    print_table(Console(), f"Plan of {config}", table)

@@ -250,6 +250,6 @@ def _line_of_trials(console: Console, robot: str) -> Report:
         now = time.monotonic()
         if now - last_line >= _SECONDS_BETWEEN_LINES:
             last_line = now
-            console.print(f"trial {done}/{total} on {robot}: fitness {fitness:.4g}")
+            console.print(f"trial {done}/{total} on {robot}: fitness {fitness:.4g}", markup=False)
 
     return report

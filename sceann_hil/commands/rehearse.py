@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from sceann_hil.commands.arguments import AsJson, ConfigFile, Overrides, Seed, overrides_of, print_json
+from sceann_hil.commands.printing import print_table
 from sceann_hil.commands.progress import show_preparation, show_progress
 from sceann_hil.config import load_config, with_robot_of
 from sceann_hil.journal import JournalReader
@@ -72,7 +73,7 @@ def rehearse(
     if as_json:
         print_json(document)
         return
-    table = Table(show_header=False, title=f"Rehearsal of {config}: {document['outcome'].replace('_', ' ')}")
+    table = Table(show_header=False)
     table.add_row("trials", f"{document['trials']}, of them void {document['void']}")
     table.add_row("prompts", f"{document['prompts']}")
     table.add_row("robot time", duration_text(document["robot_s"]))
@@ -80,7 +81,7 @@ def rehearse(
     table.add_row("together", duration_text(document["robot_s"] + document["person_s"]))
     if document["best_fitness"] is not None:
         table.add_row("best fitness in the rehearsal", f"{document['best_fitness']:.4g}")
-    Console().print(table)
+    print_table(Console(), f"Rehearsal of {config}: {document['outcome'].replace('_', ' ')}", table)
 
 
 def _document(reader: JournalReader, outcome: Outcome, prompt_s: float, confirm: bool) -> dict[str, Any]:

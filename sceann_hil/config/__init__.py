@@ -18,10 +18,11 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
-from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
+
+from sceann_hil.lazily import lazily
 
 if TYPE_CHECKING:
     from sceann_hil.config.data import config_from, with_robot_of
@@ -47,21 +48,17 @@ __all__ = [
     "with_robot_of",
 ]
 
-_MODULES = {
-    "data": ("config_from", "with_robot_of"),
-    "load": ("load_config", "parse_config"),
-    "model": ("ControllerConfig", "ExperimentConfig"),
-    "outline": ("Outline", "outline_of"),
-    "schema": ("json_schema", "schema_text"),
-    "text": ("Difference", "config_difference", "dump_config"),
-}
-_HOME = {name: module for module, names in _MODULES.items() for name in names}
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+__getattr__ = lazily(
+    __name__,
+    {
+        "data": ("config_from", "with_robot_of"),
+        "load": ("load_config", "parse_config"),
+        "model": ("ControllerConfig", "ExperimentConfig"),
+        "outline": ("Outline", "outline_of"),
+        "schema": ("json_schema", "schema_text"),
+        "text": ("Difference", "config_difference", "dump_config"),
+    },
+)
 
 
 class _Callable(ModuleType):

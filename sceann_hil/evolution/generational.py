@@ -62,7 +62,7 @@ class GenerationalConfig(AlgorithmConfig):
 
 
 class GenerationalAlgorithm(Algorithm[StateT]):
-    """A fixed population in which children of tournament winners replace everybody but the elites.
+    """A fixed population in which children of tournament winners replace all but the elites.
 
     Args:
         genome_length: L, bits per genome, 1 to `MAX_GENOME_LENGTH`.

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sceann_hil.firmware.flash import check_size, meet
-from sceann_hil.link.lockstep import run_lockstep
+from sceann_hil.link.hil import run_hil_trial
 from sceann_hil.link.messages import LinkEnd
 from sceann_hil.link.session import RobotLink
 from sceann_hil.link.trial import NO_STATE, Follower, Order, TrialLost
@@ -157,7 +157,7 @@ def _verify_one(
 ) -> Difference | None:
     size = image.size
     order = Order(trial_id, len(sensors), 0.02, size.n_sensors, size.n_motors, size.n_neurons)
-    follower, _ = run_lockstep(link, order, _Recorded(sensors), telemetry=Telemetry.STATES)
+    follower, _ = run_hil_trial(link, order, _Recorded(sensors), telemetry=Telemetry.STATES)
     end = follower.end
     if end is None or end.reason is not LinkEnd.MAX_TICKS:
         raise TrialLost(f"sequence {sequence}: the board ended it ({'silent' if end is None else end.reason.name})")

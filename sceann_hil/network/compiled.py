@@ -39,6 +39,11 @@ def compiled_part(function: _Function) -> _Function:
     return cast(_Function, numba.njit(error_model="numpy", forceinline=True)(function))
 
 
+def guarded_part(function: _Function) -> _Function:
+    """A `compiled_part` of somebody else that gets an IndexError instead of whatever lies behind an array."""
+    return cast(_Function, numba.njit(error_model="numpy", forceinline=True, boundscheck=True)(function))
+
+
 def rebound(function: _Function, **parts: Callable[..., Any]) -> _Function:
     """A copy of a module's function that calls `parts` by these names.
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from sceann_hil.network.coding import NetworkSize, Weights
 from sceann_hil.network.compiled import compiled
-from sceann_hil.network.controller import Dynamics, Neuron
+from sceann_hil.network.controller import SENSOR_MAX, Dynamics, Neuron
 from sceann_hil.network.neurons import hashed
 from sceann_hil.network.single import step_neurons
 
@@ -37,7 +37,11 @@ def recompute(weights: Weights, size: NetworkSize, dynamics: Dynamics, sensors: 
         size: the network's size.
         dynamics: the neuron's reading and initial output.
         sensors: wire values 0..1023, shape ``(n, n_sensors)``.
+
+    Raises:
+        ValueError: an array has another shape, or a value beyond the wire's.
     """
+    _check(weights, size, sensors)
     n = len(sensors)
     neurons = Neurons(
         np.zeros((n, size.n_neurons), np.int16), np.zeros((n, size.n_neurons), np.int16), np.zeros(n, np.uint16)
@@ -52,6 +56,16 @@ def recompute(weights: Weights, size: NetworkSize, dynamics: Dynamics, sensors: 
         neurons.hashes,
     )
     return neurons
+
+
+def _check(weights: Weights, size: NetworkSize, sensors: NDArray[np.uint16]) -> None:
+    """Compiled code trusts what it is given."""
+    if np.shape(weights) != (size.n_neurons, size.n_sources):
+        raise ValueError(f"weights: expected shape {(size.n_neurons, size.n_sources)}, got {np.shape(weights)}")
+    if np.ndim(sensors) != 2 or np.shape(sensors)[1] != size.n_sensors:
+        raise ValueError(f"sensors: expected shape (any, {size.n_sensors}), got {np.shape(sensors)}")
+    if np.size(sensors) and int(np.max(sensors)) > SENSOR_MAX:
+        raise ValueError(f"sensors: expected wire values 0..{SENSOR_MAX}, got {int(np.max(sensors))}")
 
 
 @compiled

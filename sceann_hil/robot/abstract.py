@@ -43,6 +43,11 @@ class Robot(ABC):
         """What this robot is; readable before `connect`."""
 
     @property
+    def identity(self) -> str | None:
+        """What tells this robot from all others, once it is connected; None where nothing does."""
+        return None
+
+    @property
     def drawing(self) -> Drawing | None:
         """What it looks like, for viewers; None if there is nothing to draw but signals."""
         return None

@@ -73,7 +73,10 @@ class Accumulation:
     def of_steps(self, trace: Trace, n_motors: int) -> Floats:
         """The value of each step of a trial, shape ``(n,)``; `n_motors` of the network's neurons are motors."""
         values = np.zeros(len(trace.sensors))
-        self._trace_values(*_seen(trace, n_motors), values)
+        try:
+            self._trace_values(*_seen(trace, n_motors), values)
+        except IndexError as error:
+            raise self.value.reached_too_far(error) from error
         return values
 
     def so_far(self, values: Floats) -> Floats:

@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sceann_hil.errors import PluginError
-from sceann_hil.network.compiled import bound, compiled_part, rebound
+from sceann_hil.network.compiled import bound, compiled_part, guarded_part, rebound
 from sceann_hil.robot.facts import RobotSpec
 
 __all__ = ["Floats", "StepValue", "max_of", "mean_of", "min_of", "shown", "sqrt", "step_value", "sum_of"]
@@ -106,8 +106,15 @@ class StepValue:
     @cached_property
     def part(self) -> Callable[..., float]:
         """For compiled code: ``part(sensors, motors, state)``."""
-        inner = compiled_part(self.function)
+        inner = guarded_part(self.function)
         return compiled_part(rebound(_with_state if self._takes_state else _without_state, value=inner))
+
+    def reached_too_far(self, error: IndexError) -> PluginError:
+        """What to raise when a step wanted a sensor, motor or state that is not there."""
+        return PluginError(
+            f"{self}: {error}: in a trial it wanted a sensor, motor or state that the robot does not have.",
+            "No fitness is made of it.",
+        )
 
     def check(self, spec: RobotSpec) -> None:
         """See to it that it can be computed in every step of a robot.

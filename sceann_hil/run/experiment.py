@@ -40,6 +40,7 @@ from sceann_hil.run.champion import champion_of
 from sceann_hil.run.evaluator import Evaluator
 from sceann_hil.run.measures import Measures
 from sceann_hil.run.reference import ReferenceRuns
+from sceann_hil.run.same_robot import check_same_robot
 from sceann_hil.run.session import Presence, begin_session
 from sceann_hil.supervision.forecast import Cost, Forecast
 from sceann_hil.supervision.operators import Desk
@@ -196,6 +197,8 @@ class Experiment:
         begun = any(kind == "started" for _, _, kind, _ in reader.events())
         self.journal.note("resumed" if begun else "started", f"process {os.getpid()}")
         try:
+            if config.algorithm.weighs_trials:
+                check_same_robot(self.journal, robot, presence.desk or Desk(asks=False, stop=stop))
             for number, state in generations(self.journal, algorithm, config.seed, last, Measures.of(config)):
                 started = time.monotonic()
                 of = algorithm.wanted(state, runner.task.n_trials)

@@ -16,7 +16,7 @@ from types import ModuleType
 from typing import Any, Self
 
 from sceann_hil.errors import PackageMissing, WorkersLost
-from sceann_hil.study.lockstep import Block, BlockResult, compute_block
+from sceann_hil.study.blocks import Block, BlockResult, compute_block
 from sceann_hil.versions import running_versions
 
 MOST_ATTEMPTS = 5

@@ -13,7 +13,7 @@ from concurrent.futures.process import BrokenProcessPool
 from itertools import islice
 
 from sceann_hil.errors import WorkersLost
-from sceann_hil.study.lockstep import Block, BlockResult, compute_block
+from sceann_hil.study.blocks import Block, BlockResult, compute_block
 
 MOST_DEATHS = 3
 """Times in a row that worker processes may die without a block being finished in between."""
@@ -49,26 +49,26 @@ class LocalWorkers:
         ready: deque[Block] = deque()
         deaths = 0
         while True:
-            in_the_air: dict[Future[BlockResult], Block] = {}
+            pending: dict[Future[BlockResult], Block] = {}
             pool = self._pool()
             try:
                 while True:
-                    room = 2 * self.count - len(in_the_air)
+                    room = 2 * self.count - len(pending)
                     ready.extend(islice(waiting, max(0, room - len(ready))))
-                    while ready and len(in_the_air) < 2 * self.count:
-                        in_the_air[pool.submit(compute_block, ready[0])] = ready[0]
+                    while ready and len(pending) < 2 * self.count:
+                        pending[pool.submit(compute_block, ready[0])] = ready[0]
                         ready.popleft()
-                    if not in_the_air:
+                    if not pending:
                         return
-                    done, _ = wait(in_the_air, return_when=FIRST_COMPLETED)
+                    done, _ = wait(pending, return_when=FIRST_COMPLETED)
                     for future in done:
                         result = future.result()
-                        del in_the_air[future]
+                        del pending[future]
                         deaths = 0
                         yield result
             except BrokenProcessPool:
                 deaths += 1
-                ready.extendleft(in_the_air.values())
+                ready.extendleft(pending.values())
                 if deaths > MOST_DEATHS:
                     raise WorkersLost(
                         f"Worker processes died {deaths} times in a row; {len(ready)} blocks of runs are not done.",

@@ -10,9 +10,9 @@ from typing import Protocol
 
 from sceann_hil.errors import ConfigError
 from sceann_hil.journal.disk import when_there_is_room
+from sceann_hil.study.blocks import Block, BlockResult
 from sceann_hil.study.condition import Condition
 from sceann_hil.study.config import Study
-from sceann_hil.study.lockstep import Block, BlockResult
 from sceann_hil.study.store import StudyStore
 
 TRIALS_AT_ONCE = 10_000

@@ -26,9 +26,9 @@ from sceann_hil.journal.seal import Sealer, is_untouched, seal_path
 from sceann_hil.journal.transactions import Transactions
 from sceann_hil.journal.verify import Verdict, complaints_of_sqlite
 from sceann_hil.places import make_folder
+from sceann_hil.study.blocks import BlockResult
 from sceann_hil.study.condition import Condition
 from sceann_hil.study.config import Study
-from sceann_hil.study.lockstep import BlockResult
 from sceann_hil.study.schema import (
     APPLICATION_ID,
     AS_TODAY,

@@ -1,4 +1,4 @@
-"""Everybody who has a say between trials, in one `Companion`: operator, suspenders, budget.
+"""All that have a say between trials, in one `Companion`: operator, suspenders, budget.
 
 Order before a trial: an operator's pause or end, suspenders, budget, and last the question to the operator, so that
 nobody puts a robot in place for a trial that is not run.

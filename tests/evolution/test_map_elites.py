@@ -16,7 +16,7 @@ from sceann_hil.evolution import MapElites, MapElitesState
 from sceann_hil.journal import JournalReader
 from sceann_hil.run.experiment import Experiment
 from sceann_hil.run.replay import journalled_config
-from sceann_hil.study.lockstep import lockstep
+from sceann_hil.study.blocks import evolve_together
 from tests.runs import GOAL, config_of, contents, evolve, resume
 
 AXES = "[{measure: x_m, range: [0, 0.6], cells: 6}, {measure: y_m, range: [0, 0.6], cells: 6}]"
@@ -82,7 +82,7 @@ def test_measures_in_a_run_and_in_a_study_are_the_same(tmp_path: Path) -> None:
     evolve(tmp_path / "run", GOAL, MAP)
     config: ExperimentConfig = config_of(GOAL, MAP)
     with config.robot.build() as robot:
-        last = list(lockstep(config, np.array([config.seed], np.uint64), robot))[-1]
+        last = list(evolve_together(config, np.array([config.seed], np.uint64), robot))[-1]
     algorithm, state = _archive(tmp_path / "run")
     assert algorithm.dump(state) == algorithm.dump(last.states[0])  # type: ignore[arg-type]
     assert len(state.elites) > 3

@@ -12,7 +12,7 @@ from sceann_hil.firmware.emulated.lines import emulated_line
 from sceann_hil.firmware.emulated.simavr import UnoBoard
 from sceann_hil.firmware.verify import random_sequences, verify
 from sceann_hil.link.framed_bus import Line, LineBus
-from sceann_hil.link.lockstep import run_lockstep
+from sceann_hil.link.hil import run_hil_trial
 from sceann_hil.link.messages import LinkEnd
 from sceann_hil.link.numbers import HOST_DEADLINE_S
 from sceann_hil.link.session import RobotLink
@@ -88,7 +88,7 @@ def test_an_emulated_unos_time_stands_still_while_its_host_is_late() -> None:
         upload_image_after_hello(link)
         order = Order(1, 40, 0.02, 7, 2)
         body = Slow()
-        follower, _ = run_lockstep(link, order, body)
+        follower, _ = run_hil_trial(link, order, body)
         link.close()
     assert follower.end is not None
     assert follower.end.reason is LinkEnd.MAX_TICKS

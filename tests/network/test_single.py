@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
-from sceann_hil.network.coding import NetworkSize
+from sceann_hil.network.coding import NetworkSize, Weights
 from sceann_hil.network.controller import ONE, Controller, Dynamics, Neuron, quantise_sensors, state_hash
 from sceann_hil.network.recompute import recompute
 from sceann_hil.network.single import SingleNetwork
@@ -48,3 +49,21 @@ def test_motors_that_somebody_keeps_do_not_change() -> None:
     kept = first.copy()
     network.step(1, np.array([1.0]))
     assert np.array_equal(first, kept)
+
+
+@pytest.mark.parametrize(
+    ("weights", "sensors", "message"),
+    [
+        (np.ones((1, 4), np.int8), np.zeros((5, 2), np.uint16), r"weights: expected shape \(1, 3\), got \(1, 4\)"),
+        (np.ones((1, 3), np.int8), np.zeros((5, 1), np.uint16), r"sensors: expected shape \(any, 2\), got \(5, 1\)"),
+        (np.ones((1, 3), np.int8), np.zeros(5, np.uint16), r"sensors: expected shape \(any, 2\), got \(5,\)"),
+        (
+            np.ones((1, 3), np.int8),
+            np.full((5, 2), 1024, np.uint16),
+            r"sensors: expected wire values 0..1023, got 1024",
+        ),
+    ],
+)
+def test_what_compiled_code_would_trust_is_checked(weights: Weights, sensors: NDArray[np.uint16], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        recompute(weights, NetworkSize(2, 0, 1), Dynamics(), sensors)

@@ -271,3 +271,20 @@ def test_the_fitness_so_far_ends_at_the_fitness(combine: str) -> None:
         so_far = task.accumulation.so_far(values)
         assert so_far[-1] == task.fitness(results)[i]
         assert so_far[0] == values[0]
+
+
+def _too_far_when_bright(sensors: Floats, motors: Floats, state: Floats) -> float:
+    # a step that is tried beforehand has no such sensors
+    return sensors[7] if 0.2 < sensors[0] < 0.3 else motors[0]  # type: ignore[no-any-return]
+
+
+def test_a_rare_step_that_reads_too_far_is_no_fitness_either() -> None:
+    robot = DifferentialDrive(5)
+    task = _task(step_value(_too_far_when_bright))
+    task.check_robot(robot.spec)
+    trials = _trials(task, robot)
+    with pytest.raises(PluginError, match=r"_too_far_when_bright .* that the robot does not have"):
+        robot.run(trials)
+    traced = robot.trace(replace(trials, accumulation=None))
+    with pytest.raises(PluginError, match=r"_too_far_when_bright .* that the robot does not have"):
+        trials.completed(traced)

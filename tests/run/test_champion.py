@@ -13,7 +13,7 @@ from sceann_hil.cli import app
 from sceann_hil.config import dump_config
 from sceann_hil.journal import JournalReader
 from sceann_hil.network.coding import genome_to_hex
-from sceann_hil.study.lockstep import Block, compute_block
+from sceann_hil.study.blocks import Block, compute_block
 from tests.runs import POLE, config_of, evolve
 
 LOST = ("algorithm.elites=0", "algorithm.mutation_rate=0.5", "algorithm.generations=6", "algorithm.tournament=1")

@@ -23,8 +23,8 @@ from backends.virtual.body import VirtualBody
 from backends.virtual.virtual_posix import VirtualPosix
 from sceann_hil.config import parse_config
 from sceann_hil.firmware.emulated.posix import BOARD_RECORD, BODY_RECORD, PosixBoard, RecordKind
+from sceann_hil.link.hil import run_hil_trial
 from sceann_hil.link.line import Incoming
-from sceann_hil.link.lockstep import run_lockstep
 from sceann_hil.link.messages import arm_arguments, start_arguments
 from sceann_hil.link.serial_bus import SceannSerialBus
 from sceann_hil.link.session import RobotLink
@@ -80,13 +80,13 @@ def run() -> list[Figure]:
             Figure(f"SENSE streaming at {baud:,} baud, part of the wire", f"{part:.0%}", ">= 90 %", part >= 0.9)
         )
     for baud, limit in LOCKSTEP_LIMIT.items():
-        rate = max(_lockstep_rate(baud) for _ in range(REPEATS))
+        rate = max(_hil_rate(baud) for _ in range(REPEATS))
         figures.append(
             Figure(
                 f"lock-step at {baud:,} baud, part of the wire", f"{rate / limit:.0%}", ">= 75 %", rate / limit >= 0.75
             )
         )
-    free = max(_lockstep_rate(None) for _ in range(REPEATS))
+    free = max(_hil_rate(None) for _ in range(REPEATS))
     figures.append(Figure("lock-steps/s, not paced", f"{free:,.0f}", ">= 4,000", free >= 4000))
     alone: dict[str, NDArray[np.float64]] = {}
     for mode in ("onboard", "tethered"):
@@ -159,11 +159,11 @@ def _answer(pins: socket.socket) -> None:
                 pins.sendall(answer)
 
 
-def _lockstep_rate(baud: int | None) -> float:
+def _hil_rate(baud: int | None) -> float:
     steps = 5000 if baud is None else 800
     with PosixBoard(baud=baud, terminal=True) as board, _linked(board) as link:
         started_s = time.perf_counter()
-        run_lockstep(link, Order(7, steps, 0.02, SIZE.n_sensors, SIZE.n_motors), Still(SIZE.n_sensors))
+        run_hil_trial(link, Order(7, steps, 0.02, SIZE.n_sensors, SIZE.n_motors), Still(SIZE.n_sensors))
         return steps / (time.perf_counter() - started_s)
 
 

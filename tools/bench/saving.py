@@ -1,6 +1,6 @@
 """Robot minutes to a given fitness on both of the paper's tasks: the plain GA is 1.0, each saving alone and together.
 
-Many runs are evolved side by side (as `sceann_hil.study.lockstep` does it), with the same seeds for every saving. A
+Many runs are evolved side by side (as `sceann_hil.study.blocks` does it), with the same seeds for every saving. A
 run's robot time to a fitness is what its trials took until a generation's best individual, tested anew on fresh trials
 that cost nothing, was that good; runs that never get there count with all their time, for every saving alike.
 """

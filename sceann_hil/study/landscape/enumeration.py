@@ -63,15 +63,15 @@ def enumerate_landscape(
         with config.robot.build() as robot, ThreadPoolExecutor(n_threads) as pool:
             robot.use_cores(1)
             chunks = _Chunks(config, robot, size)
-            in_the_air: dict[Future[tuple[NDArray[np.float32], NDArray[np.uint16]]], int] = {}
+            pending: dict[Future[tuple[NDArray[np.float32], NDArray[np.uint16]]], int] = {}
             synced = time.monotonic()
-            while todo or in_the_air:
-                while todo and len(in_the_air) < n_threads + 1:
-                    in_the_air[pool.submit(chunks.evaluate, todo[0])] = todo[0]
+            while todo or pending:
+                while todo and len(pending) < n_threads + 1:
+                    pending[pool.submit(chunks.evaluate, todo[0])] = todo[0]
                     del todo[0]
-                finished, _ = wait(in_the_air, return_when=FIRST_COMPLETED)
+                finished, _ = wait(pending, return_when=FIRST_COMPLETED)
                 for future in finished:
-                    chunk = in_the_air.pop(future)
+                    chunk = pending.pop(future)
                     write = partial(writer.write, chunk, chunk * size, *future.result())
                     when_there_is_room(write, disk_full)
                     report(int(landscape.done.sum()), n // size)

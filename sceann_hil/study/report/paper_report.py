@@ -16,8 +16,9 @@ from sceann_hil.study.report.own import study_section
 from sceann_hil.study.report.page import Page
 from sceann_hil.study.report.pole import best_section, fig10_section, tables_section
 from sceann_hil.study.report.sensitivity import PREFIX, sensitivity_section
-from sceann_hil.study.report.wording import duration, verdict_text
+from sceann_hil.study.report.wording import verdict_text
 from sceann_hil.study.statistics import Verdict
+from sceann_hil.timespans import duration_text
 
 NAME = "reproduction"
 _CONFIGS = "configs/paper"
@@ -104,7 +105,7 @@ def _how_made(page: Page, studies: Sequence[StudyData], landscapes: Sequence[Lan
             f"{len(study.cells)}",
             study.n_runs,
             f"{study.seed}",
-            duration(study.effort.wall_s),
+            duration_text(study.effort.wall_s),
             ", then ".join(study.effort.workers),
         ]
         for study in studies

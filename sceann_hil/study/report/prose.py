@@ -27,8 +27,8 @@ READINGS = (
     "**Pole balancing.** Explicit Euler; the ranges that scale the velocities to [0, 1] are not given: 3 m/s and "
     "3.5 rad/s.",
     "**Goal reach.** Size and speed of the robot, arena, sensors and response are not given; our calibration is the "
-    "default of the models, and everybody, the elite included, is evaluated anew in every generation. An infrared "
-    "sensor that sees only the target needs a beacon on it.",
+    "default of the models, and all individuals, the elite included, are evaluated anew in every generation. An "
+    "infrared sensor that sees only the target needs a beacon on it.",
     "**Arithmetic.** 10-bit sensors and integer neurons, the same bits in simulation and on a microcontroller.",
 )
 

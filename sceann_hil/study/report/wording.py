@@ -23,17 +23,12 @@ def verdict_text(verdict: Verdict) -> str:
     return f"**{_MARKS[verdict]}**"
 
 
-def duration(seconds: float) -> str:
-    """Seconds for people."""
-    return f"{seconds:.0f} s" if seconds < 120 else duration_text(seconds)
-
-
 def runs_sentence(study: StudyData) -> str:
     """How much was run, and how long it took."""
     missing = f" {study.missing} conditions have no runs yet." if study.missing else ""
     return (
         f"Study `{study.name}`: {len(study.cells)} conditions, {study.n_runs} runs each, seed {study.seed}; "
-        f"{duration(study.effort.wall_s)} on {', then '.join(study.effort.workers)}.{missing}"
+        f"{duration_text(study.effort.wall_s)} on {', then '.join(study.effort.workers)}.{missing}"
     )
 
 

@@ -20,7 +20,7 @@ from sceann_hil.supervision.stopping import StopRequest, nobody
 def beside(
     robot: Robot, settings: OperatorConfig, show: Callable[[str], object], stop: Callable[[], StopRequest] = nobody
 ) -> Iterator[Desk]:
-    """A desk with everybody at it, for as long as the block lasts.
+    """A desk with all of them at it, for as long as the block lasts.
 
     Args:
         robot: the robot that they stand beside.

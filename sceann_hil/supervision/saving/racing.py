@@ -100,7 +100,7 @@ def _additive(values: NDArray[np.float64]) -> NDArray[np.float64]:
 def _expected(
     values: NDArray[np.float64], model: NDArray[np.float64], worst: float, best: float
 ) -> NDArray[np.float64]:
-    """Everybody's mean over all trials, with `_additive`'s `model` where one was not run, shape ``(population,)``."""
+    """Mean of each individual over all trials, with `_additive`'s `model` where one was not run, ``(population,)``."""
     filled = np.where(np.isnan(values), np.clip(model, worst, best), values)
     return np.asarray(filled.mean(axis=1), np.float64)
 
@@ -121,7 +121,7 @@ def _is_behind(values: NDArray[np.float64], worst: float, best: float) -> NDArra
 
 
 def raced_fitness(values: NDArray[np.float64], worst: float, best: float, rule: Racing) -> NDArray[np.float64]:
-    """Fitness of everybody after a race, shape ``(population,)``: the mean over all trials, where they were run.
+    """Fitness of all individuals after a race, shape ``(population,)``: the mean over all trials, where they were run.
 
     Who was ended gets the middle of what its mean can still be (exact), or the mean that is expected (approximate).
     """

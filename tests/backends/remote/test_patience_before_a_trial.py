@@ -19,11 +19,11 @@ def test_heartbeats_from_before_the_start_say_nothing_of_the_trial(
     """Regression: two of them, and the trial was given up in its first step."""
     arm = link_trial._arm
 
-    def patient(link: RobotLink) -> None:
+    def patient(link: RobotLink, tick_s: float) -> None:
         until_s = time.monotonic() + 0.35
         while time.monotonic() < until_s:
             link.receive(0.02)
-        arm(link)
+        arm(link, tick_s)
 
     monkeypatch.setattr(link_trial, "_arm", patient)
     with virtual_config(virtual, mode).build() as robot:

@@ -1,6 +1,6 @@
 /*
  * libFuzzer's entry: the input is what arrives on the line, byte by byte, with a few bytes that mean time and trouble instead. The
- * robot is the whole core over a port made of memory; the first byte says what was in its store.
+ * robot is the whole core over a port made of memory; the first byte says what was in its store and in its RAM, and what its store takes.
  *
  * Asserted in every state: motors move in RUNNING only and outside HIL, and never beyond 0..1024.
  */
@@ -17,6 +17,8 @@ static const uint8_t *input, *end;
 static uint32_t clock_us;
 static uint8_t store[STORE];
 static uint16_t alarm_bits;
+static bool store_fails;
+static sceann_kept kept;
 static sceann_robot robot;
 static sceann_decoder decoder;
 
@@ -39,17 +41,25 @@ static bool event(uint8_t byte)
     if (byte < 0xF0u) {
         return false;
     }
-    clock_us += (uint32_t)1 << (byte & 15u) << 5;
-    if (byte == 0xFEu) {
+    switch (byte) {
+    case 0xFEu:
         alarm_bits ^= SCEANN_ALARM_BUMPER;
-    } else if (byte == 0xFDu) {
+        break;
+    case 0xFDu:
         alarm_bits ^= SCEANN_ALARM_ESTOP;
-    } else if (byte == 0xFBu) {
-        alarm_bits ^= SCEANN_ALARM_BUTTON;
-    } else if (byte == 0xFAu) {
-        alarm_bits ^= SCEANN_ALARM_BATTERY;
-    } else if (byte == 0xFCu) {
+        break;
+    case 0xFCu:
         alarm_bits ^= (uint16_t)(SCEANN_ALARM_FAULT | 7u << 8);
+        break;
+    case 0xFBu:
+        alarm_bits ^= SCEANN_ALARM_BUTTON;
+        break;
+    case 0xFAu:
+        alarm_bits ^= SCEANN_ALARM_BATTERY;
+        break;
+    default:                           /* time passes: half a millisecond and more, or a second */
+        clock_us += (uint32_t)1 << (byte & 15u) << 5;
+        break;
     }
     return true;
 }
@@ -132,8 +142,23 @@ static bool store_write(void *board, uint16_t at, const uint8_t *data, uint8_t n
     (void)board;
     require(at + n <= STORE);
     require(at > 0u);                  /* the first byte to be lost in a brown-out */
+    if (store_fails) {
+        return false;
+    }
     memcpy(store + at, data, n);
     return true;
+}
+
+static void listen(void *board, uint8_t node)
+{
+    (void)board;
+    require(node >= 1u && node <= 127u);
+}
+
+static void light(void *board, bool on)
+{
+    (void)board;
+    (void)on;
 }
 
 static void watchdog(void *board, sceann_watchdog action)
@@ -144,11 +169,12 @@ static void watchdog(void *board, sceann_watchdog action)
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    static const sceann_port port = { .name = "fuzz", .node = 1, .n_sensors = 3, .n_motors = 2, .capabilities = 0xFF,
+    static sceann_port port = { .name = "fuzz", .node = 1, .n_sensors = 3, .n_motors = 2, .capabilities = 0xFF,
                                       .tick_min = 1, .tick_max = 2500, .store_size = STORE, .clock_us = now,
                                       .receive = receive, .send = send, .sense = sense, .drive = drive, .safe = safe,
                                       .alarms = alarms, .battery_mv = battery, .store_read = store_read,
-                                      .store_write = store_write, .watchdog = watchdog };
+                                      .store_write = store_write, .watchdog = watchdog, .listen = listen, .light = light,
+                                      .kept = &kept };
     if (size == 0u) {
         return 0;
     }
@@ -157,6 +183,12 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if ((data[0] & 1u) != 0u) {
         memcpy(store, data + 1, size - 1u < STORE ? size - 1u : STORE);
     }
+    store_fails = (data[0] & 4u) != 0u;
+    port.store_size = (data[0] & 16u) != 0u ? 0u : STORE;
+    port.capabilities = (data[0] & 16u) != 0u ? SCEANN_HAS_HIL : 0xFFu;
+    /* what a reset left: nothing, a latched stop, or a watchdog that was on */
+    kept.flags = (uint16_t)(0x5CE0u | (data[0] >> 5 & 3u));
+    kept.check = (data[0] & 8u) != 0u ? (uint16_t)(kept.flags ^ 0xA53Cu) : 0u;
     input = data + 1;
     end = data + size;
     clock_us = 0;

@@ -103,9 +103,9 @@ def test_a_task_without_bounds_is_refused(small: ExperimentConfig, monkeypatch: 
 
 
 def test_a_study_knows_it(small: ExperimentConfig) -> None:
-    from sceann_hil.study import lockstep
+    from sceann_hil.study import evolve_together
 
     with small.robot.build() as robot:
-        generations = list(lockstep(small, np.array([1, 2], np.uint64), robot))
+        generations = list(evolve_together(small, np.array([1, 2], np.uint64), robot))
     assert [g.fitness.shape for g in generations] == [(2, 1)] * 8
     assert generations[0].states[0].candidate == generations[0].states[1].candidate

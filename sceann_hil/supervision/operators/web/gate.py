@@ -1,4 +1,4 @@
-"""Which connections may stay: those that show the token, and a few of everybody else's for a while.
+"""Which connections may stay: those that show the token, and a few of all others for a while.
 
 Whoever has no token can open connections as fast as the network allows. None of them may cost the run a file that it
 needs, or the person with the phone their STOP. So nothing is read from a connection before it is known what it is:
@@ -213,7 +213,7 @@ class Lobby:
 
 @lru_cache(maxsize=1024)
 def _neighbourhood(address: str) -> str:
-    """An IPv4 address, or the network of an IPv6 one: there everybody has 2**64 addresses of their own."""
+    """An IPv4 address, or the network of an IPv6 one: there each of them has 2**64 addresses of their own."""
     try:
         ip = ip_address(address.partition("%")[0])
     except ValueError:

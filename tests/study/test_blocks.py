@@ -9,9 +9,9 @@ import pytest
 
 from sceann_hil.network.coding import genome_from_hex
 from sceann_hil.run.experiment import Experiment
+from sceann_hil.study.blocks import Block, compute_block, evolve_together
 from sceann_hil.study.condition import Condition
 from sceann_hil.study.config import parse_study
-from sceann_hil.study.lockstep import Block, compute_block, lockstep
 
 POLE = "task: {type: pole_balancing, max_steps: 300}\nrobot: {type: cartpole}"
 NOISY_POLE = POLE[:-1] + ", gap: {sensor_noise: 0.01, sensor_offset: {normal: [0.0, 0.01]}}}"
@@ -34,7 +34,7 @@ def test_run_k_of_a_study_is_the_experiment_with_its_seed_bit_for_bit(
     tested = condition(body, algorithm)
     seeds = tested.seeds(5, range(3, 9))
     with tested.config.robot.build() as robot:
-        generations = list(lockstep(tested.config, seeds, robot))
+        generations = list(evolve_together(tested.config, seeds, robot))
         for place, run in ((0, 3), (4, 7)):
             with Experiment.create(tested.experiment(5, run), tmp_path / str(run)) as experiment:
                 experiment.evolve(robot)
@@ -64,7 +64,7 @@ def test_the_champion_is_the_first_of_the_best_of_the_last_generation() -> None:
     seeds = tested.seeds(1, range(4))
     result = compute_block(Block(0, 0, tested.text, tuple(seeds.tolist())))
     with tested.config.robot.build() as robot:
-        last = list(lockstep(tested.config, seeds, robot))[-1]
+        last = list(evolve_together(tested.config, seeds, robot))[-1]
     for run in range(4):
         best = int(np.flatnonzero(last.fitness[run] == last.fitness[run].max())[0])
         assert result.fitness[run] == last.fitness[run, best]

@@ -100,7 +100,7 @@ def _computed(block: Block) -> BlockResult:
     best = []
     champions = _Champions(len(block.seeds))
     with robot:
-        for generation in lockstep(config, np.array(block.seeds, np.uint64), robot):
+        for generation in evolve_together(config, np.array(block.seeds, np.uint64), robot):
             best.append(generation.fitness.max(axis=1).astype(np.float32))
             if not config.algorithm.keeps_best or generation.number == config.algorithm.generations:
                 champions.look_at(generation)
@@ -133,7 +133,7 @@ class _Champions:
                 self.genomes[run] = genome_to_hex(generation.states[run].genomes[champion])
 
 
-def lockstep(config: ExperimentConfig, seeds: NDArray[np.uint64], robot: Robot) -> Iterator[Generation]:
+def evolve_together(config: ExperimentConfig, seeds: NDArray[np.uint64], robot: Robot) -> Iterator[Generation]:
     """Evolve several runs at once, yielding every generation once it is evaluated.
 
     Args:

@@ -32,7 +32,7 @@ class Body(Protocol):
         """One tick with these motors (Q10); why the trial ended, or None."""
 
 
-def run_lockstep(
+def run_hil_trial(
     link: RobotLink,
     order: Order,
     body: Body,
