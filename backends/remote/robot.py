@@ -229,11 +229,7 @@ class RemoteRobot(Robot):
         size, spec = trials.size, self._spec
         if len(trials) != 1:
             raise ValueError(f"trials: expected 1 at a time, got {len(trials)}")
-        if (size.n_sensors, size.n_motors) != (spec.n_sensors, spec.n_motors):
-            raise ValueError(
-                f"network: expected {spec.n_sensors} sensors and {spec.n_motors} motors for {spec.name}, "
-                f"got {size.n_sensors} and {size.n_motors}"
-            )
+        size.check_fits(spec.n_sensors, spec.n_motors, spec.name)
         self._complaint = ""
         self._make_ready(trials)
         if self._interrupted is not None:

@@ -79,11 +79,7 @@ class SimulatedRobot(SimulatedBody):
 
     def _simulate(self, trials: Trials, *, tracing: bool) -> Results:
         spec, size = self.spec, trials.size
-        if (size.n_sensors, size.n_motors) != (spec.n_sensors, spec.n_motors):
-            raise ValueError(
-                f"network: expected {spec.n_sensors} sensors and {spec.n_motors} motors for {spec.name}, "
-                f"got {size.n_sensors} and {size.n_motors}"
-            )
+        size.check_fits(spec.n_sensors, spec.n_motors, spec.name)
         n, n_state = len(trials), len(spec.state_fields)
         rows = n if tracing else 0
         end_reasons = np.empty(n, np.uint8)

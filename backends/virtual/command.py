@@ -25,7 +25,9 @@ def register(app: typer.Typer) -> None:
 def virtual(
     board: Annotated[
         str,
-        typer.Argument(metavar="BOARD", help="posix, uno (simavr), lm3s6965 or stm32f405 (QEMU, mode hil only)."),
+        typer.Argument(
+            metavar="BOARD", help="posix, uno (simavr), lm3s6965, stm32f405 or microbit (QEMU, mode hil only)."
+        ),
     ],
     config: Annotated[
         Path | None,

@@ -118,6 +118,13 @@ def switch_on(
         raise ConfigError("--can: expected a board on a line of its own, got uno.", "Leave --can out.")
     if node != 1 and board not in (Board.POSIX, Board.UNO):
         raise ConfigError(f"--node: expected a posix or uno board, got {board.value}.", "Leave --node out.")
+    if board is Board.PICO:
+        raise ConfigError(
+            "BOARD: the emulated pico runs slower than real time and has no port.",
+            "`sceann verify RUN --board pico` tries it; for a robot take posix or uno.",
+        )
+    if store is not None and board not in (Board.POSIX, Board.LM3S6965):
+        raise ConfigError(f"--store: expected a posix or lm3s6965 board, got {board.value}.", "Leave --store out.")
     _check_store(store)
     with ExitStack() as stack:
         body = _body(robot, seed, battery_s, board)

@@ -52,6 +52,7 @@ COMMANDS: dict[str, Entry] = {
         "rehearse",
         "Play a whole run, prompts included, with a simulated body for the robot and a script for the person.",
     ),
+    "runs": Entry(Topic.LOOK, "runs", "Show all runs below a folder in one table."),
     "status": Entry(Topic.LOOK, "inspect", "Show how a run stands, also while it is running."),
     "view": Entry(
         Topic.LOOK, "observe", "Show all trials of a run sorted by fitness, one trial, or the run as a whole."

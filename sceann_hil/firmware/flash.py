@@ -282,13 +282,12 @@ def _check_unplugged(robot: Descriptor, image: ControllerImage, unplugged: Unplu
         raise FlashFailed(
             f"{place}: {robot.name} has no start button.", "Leave --on-button out: it then starts by itself."
         )
-    size = image.size
-    if (size.n_sensors, size.n_motors) != (robot.n_sensors, robot.n_motors):
+    try:
+        image.size.check_fits(robot.n_sensors, robot.n_motors, robot.name)
+    except ValueError as error:
         raise FlashFailed(
-            f"{place}: expected a network for {robot.n_sensors} sensors and {robot.n_motors} motors, got "
-            f"{size.n_sensors} and {size.n_motors}.",
-            "Evolve for this robot, or flash firmware for as many sensors.",
-        )
+            f"{place}: {error}.", "Evolve for this robot, or flash firmware for as many sensors."
+        ) from None
     if not robot.tick_min_s <= unplugged.tick_s <= robot.tick_max_s:
         raise FlashFailed(
             f"{place}: --autorun: expected {robot.tick_min_s * 1e3:g} to {robot.tick_max_s * 1e3:g} ms, "

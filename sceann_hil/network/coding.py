@@ -47,6 +47,18 @@ class NetworkSize:
                 f"got {self.n_sensors} + {self.n_hidden} + {self.n_motors} = {self.n_sources}"
             )
 
+    def check_fits(self, n_sensors: int, n_motors: int, whom: str) -> None:
+        """Refuse a network that a body cannot feed or obey: the one place that says what fits what.
+
+        Raises:
+            ValueError: the body has other numbers of sensors and motors.
+        """
+        if (self.n_sensors, self.n_motors) != (n_sensors, n_motors):
+            raise ValueError(
+                f"network: expected {n_sensors} sensors and {n_motors} motors for {whom}, "
+                f"got {self.n_sensors} and {self.n_motors}"
+            )
+
     @property
     def n_neurons(self) -> int:
         """Neurons that compute: hidden and motor neurons, in this order."""

@@ -120,11 +120,7 @@ class SteppedRobot(Robot):
 
     def _run_all(self, trials: Trials) -> Results:
         spec, size = self.spec, trials.size
-        if (size.n_sensors, size.n_motors) != (spec.n_sensors, spec.n_motors):
-            raise ValueError(
-                f"network: expected {spec.n_sensors} sensors and {spec.n_motors} motors for {spec.name}, "
-                f"got {size.n_sensors} and {size.n_motors}"
-            )
+        size.check_fits(spec.n_sensors, spec.n_motors, spec.name)
         if spec.batch_size is not None and len(trials) > spec.batch_size:
             raise ValueError(f"trials: expected at most {spec.batch_size} at a time, got {len(trials)}")
         ends, traces = [], []

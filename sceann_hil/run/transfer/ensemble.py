@@ -199,5 +199,8 @@ def _level(parts: list[dict[str, NDArray[Any]]], best: float) -> float | None:
         return best
     above = sum(int(part["n_above"]) for part in parts)
     level = min(float(part["least_above"]) for part in parts)
-    apart = level > max(float(part["most_failure"]) for part in parts)
-    return level if apart and above >= 0.98 * successes else None
+    misplaced = successes - above
+    few = misplaced <= 0.02 * successes or misplaced <= 0.001 * sum(part["fitness"].size for part in parts)
+    if not few or level <= max(float(part["most_failure"]) for part in parts):
+        return None
+    return level if np.isfinite(level) else best

@@ -35,7 +35,9 @@ def remark(state: TransferState) -> str:
         why = f"tried {tried} times, it may be the best"
     else:
         why = "not tried yet, it may be better than the best so far"
+    hopeless = outlook.most_success is not None and outlook.most_success < 0.5
+    doubt = " No candidate is expected to succeed in half of its trials." if hopeless else ""
     return (
         f"Trial {len(state.observed) + 1}: controller {genome}, {why}. Best so far: expected fitness "
-        f"{expected(outlook)}; one more trial is expected to bring {outlook.gain:.2g}."
+        f"{expected(outlook)}; one more trial is expected to bring {outlook.gain:.2g}.{doubt}"
     )

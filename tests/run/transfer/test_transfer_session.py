@@ -125,3 +125,21 @@ def test_a_robot_resembles_the_simulated_one_that_does_the_same() -> None:
     weights = resemblance(ensemble, Observations(k, h, fitness[17, k, h].astype(np.float64)))
     assert weights.argmax() == 17
     assert weights.sum() == pytest.approx(1.0)
+
+
+def test_a_success_in_the_very_last_step_does_not_hide_what_success_is() -> None:
+    from sceann_hil.run.transfer.ensemble import _level
+
+    def part(successes: int, above: int, least: float) -> dict[str, np.ndarray]:
+        return {
+            "fitness": np.zeros((1, 100, 100)),
+            "n_successes": np.array(successes),
+            "n_above": np.array(above),
+            "least_above": np.array(least),
+            "most_failure": np.array(0.0),
+        }
+
+    assert _level([part(0, 0, np.inf)], 1.0) == 1.0
+    assert _level([part(3, 0, np.inf)], 1.0) == 1.0
+    assert _level([part(1000, 990, 0.1)], 1.0) == 0.1
+    assert _level([part(1000, 500, 0.1)], 1.0) is None
