@@ -267,6 +267,7 @@ class Run:
                 final_states=np.zeros((len(attempts), 0), np.float32),
                 durations_s=np.array([row.robot_s for row in attempts], np.float64),
                 traces=[trace for _, trace in found],
+                values=np.array([row.value for row in attempts], np.float64),
             )
         starts, _, _ = trial_arrays(attempts)
         return trials_of(

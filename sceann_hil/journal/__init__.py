@@ -6,7 +6,7 @@ second writer away.
 
 from sceann_hil.journal.entries import AttemptKind, Circumstances, FirstGeneration, Slots
 from sceann_hil.journal.lock import LOCK_NAME, RunLock
-from sceann_hil.journal.reader import JournalReader, trial_arrays
+from sceann_hil.journal.reader import JournalReader, sound_trials, trial_arrays
 from sceann_hil.journal.rows import (
     AttemptRow,
     GenerationRow,
@@ -37,5 +37,6 @@ __all__ = [
     "SessionRow",
     "Slots",
     "SpentRow",
+    "sound_trials",
     "trial_arrays",
 ]

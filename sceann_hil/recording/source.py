@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sceann_hil.config import parse_config
 from sceann_hil.errors import ReplayDiffers
 from sceann_hil.journal import JOURNAL_NAME, AttemptRow, GenerationRow, JournalReader
-from sceann_hil.journal.reader import trial_arrays
+from sceann_hil.journal.reader import sound_trials, trial_arrays
 from sceann_hil.network.coding import Weights
 from sceann_hil.network.controller import Dynamics, state_hash
 from sceann_hil.recording.trial import RecordedRun, RecordedTrial, as_id
@@ -151,9 +151,10 @@ class RunSource:
         return recorded
 
     def _traced(self, attempts: list[AttemptRow], weights: Weights, champion: int) -> list[RecordedTrial]:
-        starts, keys, ids = trial_arrays(attempts)
         individual, trial = [row.individual for row in attempts], [row.trial for row in attempts]
-        trials = self._task.trials(self._phenotype, weights, individual, trial, keys, ids, starts=starts)
+        with sound_trials(self._reader.path):
+            starts, keys, ids = trial_arrays(attempts)
+            trials = self._task.trials(self._phenotype, weights, individual, trial, keys, ids, starts=starts)
         recorded = []
         for first in range(0, len(attempts), _BATCH):
             part = slice(first, first + _BATCH)

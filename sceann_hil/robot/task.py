@@ -116,7 +116,13 @@ class Task(ABC):
             starts: start values of trials that are in the journal already, shape ``(n, n_start)``; otherwise the
                 task's own.
             run_id: see `Trials`.
+
+        Raises:
+            ValueError: see `Trials`; or starts of another number of values than the task's.
         """
+        if starts is not None and np.shape(starts)[1:] != (len(self.start_fields),):
+            expected = f"{len(self.start_fields)} values ({_listed(self.start_fields)})"
+            raise ValueError(f"starts: expected {expected} for each trial, got shape {np.shape(starts)}")
         individual, trial, noise = (np.ravel(array) for array in np.broadcast_arrays(individual, trial, keys))
         return Trials(
             size=phenotype.size,

@@ -8,7 +8,7 @@ import numpy as np
 
 from sceann_hil.config import ExperimentConfig, parse_config
 from sceann_hil.errors import NotARun
-from sceann_hil.journal import AttemptRow, JournalReader, trial_arrays
+from sceann_hil.journal import AttemptRow, JournalReader, sound_trials, trial_arrays
 from sceann_hil.network.coding import Weights
 from sceann_hil.network.phenotype import Phenotype
 from sceann_hil.network.recompute import recompute
@@ -44,11 +44,12 @@ def journalled_trials(reader: JournalReader, config: ExperimentConfig, attempts:
     """
     individuals = reader.individuals(attempts[0].own_generation)
     genomes = np.stack([row.genome_bits(config.genome_length) for row in individuals])
-    starts, keys, ids = trial_arrays(attempts)
     individual, trial = np.array([(row.individual, row.trial) for row in attempts]).T
     phenotype = config.phenotype
     weights = phenotype.decode(genomes)
-    return config.task.build().trials(phenotype, weights, individual, trial, keys, ids, starts=starts)
+    with sound_trials(reader.path):
+        starts, keys, ids = trial_arrays(attempts)
+        return config.task.build().trials(phenotype, weights, individual, trial, keys, ids, starts=starts)
 
 
 def measured_trace(reader: JournalReader, attempt: int, weights: Weights, phenotype: Phenotype) -> Trace | None:

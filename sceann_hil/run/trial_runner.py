@@ -24,7 +24,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.journal import AttemptKind, AttemptRow, Journal, Slots, trial_arrays
+from sceann_hil.journal import AttemptKind, AttemptRow, Journal, Slots, sound_trials, trial_arrays
 from sceann_hil.network.coding import Bits, Weights, genome_to_hex
 from sceann_hil.network.phenotype import Phenotype
 from sceann_hil.robot import EmergencyStop, EndReason, Results, Robot, RobotFault, Trials, TrialVoid
@@ -225,11 +225,13 @@ class TrialRunner:
         return attended
 
     def _settle(self, trials: TrialSet, places: Places, rows: list[AttemptRow]) -> None:
-        starts, noise, ids = trial_arrays(rows)
+        with sound_trials(self.journal.reader.path):
+            starts, noise, ids = trial_arrays(rows)
         slots = replace(trials.slots(places), attempt=np.array([row.attempt for row in rows], np.int64))
         upcoming = replace(trials.upcoming(places, slots), settling=True)
         self.companion.clear(upcoming)
-        cut_off = self._planned(trials, places, noise, ids, starts)
+        with sound_trials(self.journal.reader.path):
+            cut_off = self._planned(trials, places, noise, ids, starts)
         attended = self.companion.attend(upcoming, cut_off, _completed(self.robot.settle), self.task)
         if not attended.results.counts.any() and attended.circumstances.note is None:
             attended = replace(attended, circumstances=replace(attended.circumstances, note=_NOT_KNOWN))
