@@ -37,6 +37,7 @@ from sceann_hil.run.replay import journalled_config
 from sceann_hil.study.gap import GapReport, Spread, estimate_rows, gap_section
 from sceann_hil.supervision.drift import Drift
 from sceann_hil.timespans import duration_text
+from sceann_hil.versions import running_versions
 
 OnRobot = Annotated[
     Path | None,
@@ -93,7 +94,12 @@ def compare(
     figures.draw_trajectories(here, there, names, *signals, folder / "trajectories.png")
     if timing:
         figures.draw_timing(timing, folder / "timing.png")
-    document = {**report.as_dict(), "gap_section": gap_section(estimate), "folder": str(folder)}
+    document = {
+        **report.as_dict(),
+        "gap_section": gap_section(estimate),
+        "folder": str(folder),
+        "versions": running_versions(),
+    }
     (folder / "compare.json").write_text(json_text(document), encoding="utf-8")
     if as_json:
         print_json(document)
@@ -147,6 +153,7 @@ def repeat(
         "robot_s": float(measurement.durations_s.sum()),
         "repeats_to_tell": {f"{difference:.4g}": spread.repeats_to_tell(difference) for difference in differences},
         "folder": str(folder),
+        "versions": running_versions(),
     }
     (folder / f"individual-{row.id}.json").write_text(json_text(document), encoding="utf-8")
     if as_json:

@@ -2,7 +2,8 @@
 
 Where the algorithm keeps its best unchanged, it is the best of the last finished generation: on a noisy robot an
 earlier one may only have been lucky, and a kept one has stood the test again. Where it keeps none, the best may be lost
-in any generation, so it is the best of the whole run. The first of equals.
+in any generation, so it is the best of the whole run. The first of equals. An algorithm that recommends a genome
+(`JournalReader.champion`) is believed.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -58,14 +58,16 @@ class Todo:
     """
 
     study: Study
-    runs: tuple[tuple[int, ...], ...]
+    runs: tuple[Sequence[int], ...]
     trials: tuple[int, ...] = field(default=())
 
     @classmethod
     def of(cls, study: Study, store: StudyStore) -> Todo:
         """Everything that the database does not hold yet."""
         wanted = range(study.config.runs)
-        missing = [tuple(sorted(set(wanted) - store.finished(condition.number))) for condition in study.conditions]
+        # a range where nothing is done yet: ten million numbers one by one would fill the memory
+        done = [store.finished(condition.number) for condition in study.conditions]
+        missing = [sorted(set(wanted) - finished) if finished else wanted for finished in done]
         return cls(study, tuple(missing), tuple(_trials_of_a_run(c) for c in study.conditions))
 
     @property
@@ -137,7 +139,7 @@ def _trials_of_a_run(condition: Condition) -> int:
     return algorithm.population * (algorithm.generations + 1) * condition.config.task.build().n_trials
 
 
-def _consecutive(numbers: tuple[int, ...], most: int) -> Iterator[list[int]]:
+def _consecutive(numbers: Sequence[int], most: int) -> Iterator[list[int]]:
     chunk: list[int] = []
     for number in numbers:
         if chunk and (number != chunk[-1] + 1 or len(chunk) == most):

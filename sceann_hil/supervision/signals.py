@@ -137,6 +137,7 @@ class Signals:
 
     def _stop_process(self) -> None:
         if self._desk is not None and self._robot is not None:
+            self._desk.hold(True)
             self._desk.cut_off("stopped by Ctrl-Z")
             self._desk.pause("Ctrl-Z")
             deadline = time.monotonic() + SAFE_S
@@ -144,3 +145,5 @@ class Signals:
                 time.sleep(0.02)
             self._robot.make_safe("Ctrl-Z")
         os.kill(os.getpid(), signal.SIGSTOP)
+        if self._desk is not None:
+            self._desk.hold(False)

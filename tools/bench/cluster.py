@@ -54,11 +54,11 @@ def run() -> list[Figure]:
 
 
 def _measured(workers: Workers, n_workers: int) -> Cost:
-    """From when every worker can have done a block to the last result, with the processes still there."""
+    """From when every worker has done a block, which loads machine code, to the last result."""
     begin = end = Cost(0.0, 0.0)
-    last = 2 * n_workers + _BLOCKS
+    warm, last = 3 * n_workers, 4 * n_workers + _BLOCKS
     for number, _ in enumerate(workers.compute(_blocks(last)), 1):
-        if number == n_workers:
+        if number == warm:
             begin = _now()
         if number == last:
             end = _now()

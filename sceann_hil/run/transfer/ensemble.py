@@ -200,7 +200,7 @@ def _level(parts: list[dict[str, NDArray[Any]]], best: float) -> float | None:
     above = sum(int(part["n_above"]) for part in parts)
     level = min(float(part["least_above"]) for part in parts)
     misplaced = successes - above
-    few = misplaced <= 0.02 * successes or misplaced <= 0.001 * sum(part["fitness"].size for part in parts)
+    few = misplaced <= 0.2 * successes or misplaced <= 0.001 * sum(part["fitness"].size for part in parts)
     if not few or level <= max(float(part["most_failure"]) for part in parts):
         return None
     return level if np.isfinite(level) else best

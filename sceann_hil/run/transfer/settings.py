@@ -54,6 +54,11 @@ class TransferConfig(AlgorithmConfig):
             )
         return self
 
+    @property
+    def keeps_best(self) -> bool:
+        """What it recommends is measured last, and again."""
+        return True
+
     def build(self, genome_length: int) -> Transfer:
         """For looking at a transfer's states; `for_experiment` makes one that can go on."""
         from sceann_hil.run.transfer.algorithm import Transfer

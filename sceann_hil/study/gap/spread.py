@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-CONFIDENCE = 0.95
-POWER = 0.8
+from sceann_hil.study.statistics import LEVEL, POWER, mean_interval
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,9 +36,8 @@ class Spread:
         n = len(fitness)
         if n < 2:
             raise ValueError(f"repeats: expected at least 2, got {n}")
-        mean, deviation = float(fitness.mean()), float(fitness.std(ddof=1))
-        half = float(stats.t.ppf((1 + CONFIDENCE) / 2, n - 1)) * deviation / math.sqrt(n)
-        return cls(n, mean, deviation, mean - half, mean + half)
+        interval = mean_interval(fitness)
+        return cls(n, interval.estimate, float(fitness.std(ddof=1)), interval.low, interval.high)
 
     def repeats_to_tell(self, difference: float) -> int:
         """Repeats of each of two genomes until a difference in fitness is seen with 80 % probability.
@@ -48,5 +46,5 @@ class Spread:
         """
         if difference <= 0.0:
             raise ValueError(f"difference: expected more than 0, got {difference}")
-        z = float(stats.norm.ppf((1 + CONFIDENCE) / 2) + stats.norm.ppf(POWER))
+        z = float(stats.norm.ppf(0.5 + LEVEL / 2.0) + stats.norm.ppf(POWER))
         return max(1, math.ceil(2.0 * (z * self.deviation / difference) ** 2))

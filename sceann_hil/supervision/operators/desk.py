@@ -97,6 +97,7 @@ class Desk:
         self._queue: deque[Press] = deque()
         self._seen_s = time.monotonic()
         self._paused_s = 0.0
+        self._held = False
 
     # -- for operators ----------------------------------------------------------------------------------------------
 
@@ -243,6 +244,12 @@ class Desk:
         if interrupt is not None:
             interrupt(EndReason.OPERATOR)
 
+    def hold(self, held: bool) -> None:
+        """While it is held, no trial begins (the process is about to be stopped)."""
+        with self._changed:
+            self._held = held
+            self._changed.notify_all()
+
     def pause(self, by: str) -> None:
         """Pause before the next trial, if anybody is there who can end the pause."""
         if self.asks:
@@ -252,6 +259,7 @@ class Desk:
     def flight(self, situation: Situation, interrupt: Callable[[EndReason], object]) -> Iterator[Flight]:
         """A trial runs inside this block; `interrupt` ends it from an operator's thread."""
         with self._changed:
+            self._changed.wait_for(lambda: not self._held)
             self._raise_if_closed()
             flight = self._flight = Flight()
             self._interrupt = interrupt

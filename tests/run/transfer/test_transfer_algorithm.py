@@ -11,6 +11,7 @@ import pytest
 from sceann_hil.config import ExperimentConfig
 from sceann_hil.errors import ConfigError
 from sceann_hil.journal import JournalReader
+from sceann_hil.run.champion import champion_of
 from sceann_hil.run.experiment import Experiment, Outcome, StopRequest
 from sceann_hil.run.transfer.again import read_transfer
 from sceann_hil.run.transfer.state import TransferState, Verdict
@@ -55,6 +56,9 @@ def test_one_trial_a_generation_then_the_best_in_all_trials(small: ExperimentCon
     told = json.loads(reader.individuals(7)[0].structure or "")
     assert champion is not None
     assert champion.genome == told["recommended"]
+    exported = champion_of(reader, keeps_best=small.algorithm.keeps_best)
+    assert exported is not None
+    assert exported.genome == told["recommended"]
     assert "measured on fresh trials" in told["why"]
 
 

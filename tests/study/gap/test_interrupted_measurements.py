@@ -15,7 +15,7 @@ from backends.remote import RemoteRobot
 from backends.virtual.body import VirtualBody
 from backends.virtual.virtual_posix import VirtualPosix
 from sceann_hil.cli import app
-from sceann_hil.errors import ExitCode, RobotIsFaulty, RunIsLocked
+from sceann_hil.errors import CannotWrite, ExitCode, RobotIsFaulty, RunIsLocked
 from sceann_hil.journal import AttemptKind, AttemptRow, JournalReader
 from sceann_hil.robot import EndReason, Results, RobotFault, Trials
 from sceann_hil.run.experiment import Experiment
@@ -163,4 +163,4 @@ def test_a_place_that_cannot_be_written_to_costs_no_robot_time(run: Path, monkey
     monkeypatch.setattr("sceann_hil.commands.gap.measured", lambda *_: pytest.fail("the robot moved"))
     (run / "reports").write_text("a file where a folder is needed")
     for arguments in (["repeat", str(run)], ["compare", str(run), "--on", str(run / "config.yaml")]):
-        assert isinstance(CliRunner().invoke(app, arguments).exception, OSError)
+        assert isinstance(CliRunner().invoke(app, arguments).exception, CannotWrite)
