@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from backends.simulation.body import SimulatedBody
-from backends.simulation.estimate import estimate_gap
 from backends.simulation.gap import Gap
 from backends.simulation.lanes import accumulating, nothing, run_lanes
 from backends.simulation.stepwise import StepwiseBody
@@ -60,6 +59,8 @@ class SimulatedRobot(SimulatedBody):
 
     def estimate_gap(self, starts: NDArray[np.float64], traces: Sequence[Trace]) -> GapEstimate:
         """See `backends.simulation.estimate`."""
+        from backends.simulation.estimate import estimate_gap  # SciPy comes with it, and no run needs it
+
         return estimate_gap(self, starts, tuple(traces))
 
     def stepwise(self) -> StepwiseBody:

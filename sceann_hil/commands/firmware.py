@@ -26,7 +26,7 @@ from sceann_hil.link.messages import node_arguments
 from sceann_hil.link.ports import the_only_port
 from sceann_hil.link.serial_bus import BAUD
 from sceann_hil.link.session import Refused, RobotLink
-from sceann_hil.link.vocabulary import Op, StoreAction
+from sceann_hil.link.vocabulary import Op, Status, StoreAction
 from sceann_hil.robot import LinkError
 
 Genome = Annotated[str, typer.Option("--genome", metavar="best|ID", help="Which individual.")]
@@ -210,7 +210,10 @@ def set_node(
         try:
             link.request(Op.NODE, node_arguments(new_node))
         except Refused as refused:
-            raise RobotUnreachable(f"{place}: {refused}.", "Only a robot with a store keeps a number.") from None
+            advice = "Only a robot with a store keeps a number."
+            if refused.status is Status.BAD_STATE:
+                advice = "It runs a trial or was stopped: see that it is safe, then let `sceann doctor` put it to rest."
+            raise RobotUnreachable(f"{place}: {refused}.", advice) from None
     Console(highlight=False, soft_wrap=True).print(
         f"{descriptor.name} ({descriptor.unique_id:014x}) is node {new_node}"
     )

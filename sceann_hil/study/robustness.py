@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
 from sceann_hil.config import ExperimentConfig
 from sceann_hil.errors import ConfigError
@@ -112,7 +112,7 @@ class Robustness:
         return np.asarray(np.sum(parts, axis=0))
 
     def _interval(self, mean: float, variance: float) -> Interval:
-        reach = float(stats.norm.ppf(0.5 + LEVEL / 2.0) * np.sqrt(variance)) if self.repeats > 1 else float("inf")
+        reach = float(NormalDist().inv_cdf(0.5 + LEVEL / 2.0) * np.sqrt(variance)) if self.repeats > 1 else float("inf")
         return Interval(mean, mean - reach, mean + reach)
 
 

@@ -2,6 +2,8 @@
 
 Success rates: Wilson's interval (1927) and Newcombe's hybrid interval for differences (1998, method 10). Means: linear
 contrasts with Welch's standard error and Satterthwaite's degrees of freedom.
+
+SciPy is imported where it is used: looking at a run needs none of it.
 """
 
 from __future__ import annotations
@@ -13,7 +15,6 @@ from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
 LEVEL = 0.95
 POWER = 0.8
@@ -39,6 +40,8 @@ class Interval:
 
 def wilson(successes: int, n: int, level: float = LEVEL) -> Interval:
     """A success rate and Wilson's score interval."""
+    from scipy import stats
+
     found = stats.binomtest(successes, n).proportion_ci(level, method="wilson")
     return Interval(successes / n, float(found.low), float(found.high))
 
@@ -54,6 +57,8 @@ def rate_difference(one: tuple[int, int], other: tuple[int, int], level: float =
 
 def fisher(one: tuple[int, int], other: tuple[int, int]) -> float:
     """Two-sided p value of Fisher's exact test that two rates, each as (successes, n), are equal."""
+    from scipy import stats
+
     table = np.array([[one[0], one[1] - one[0]], [other[0], other[1] - other[0]]])
     return float(stats.fisher_exact(table).pvalue)
 
@@ -71,6 +76,8 @@ def contrast(samples: Mapping[_K, NDArray[np.float64]], weights: Mapping[_K, flo
         weights: factor of each sample's mean.
         level: of the two-sided interval.
     """
+    from scipy import stats
+
     estimate, error, freedom = _welch(samples, weights)
     if error == 0.0:
         return Interval(estimate, estimate, estimate)
@@ -80,6 +87,8 @@ def contrast(samples: Mapping[_K, NDArray[np.float64]], weights: Mapping[_K, flo
 
 def contrast_p(samples: Mapping[_K, NDArray[np.float64]], weights: Mapping[_K, float]) -> float:
     """Two-sided p value that a contrast is 0; arguments as in `contrast`."""
+    from scipy import stats
+
     estimate, error, freedom = _welch(samples, weights)
     if error == 0.0:
         return 1.0 if estimate == 0.0 else 0.0
@@ -108,6 +117,8 @@ def sees_rate_difference(rate: float, n_one: int, n_other: int, difference: floa
         n_other: runs of the other.
         difference: that is to be seen, as a part of 1.
     """
+    from scipy import stats
+
     z = float(stats.norm.ppf(0.5 + LEVEL / 2.0) + stats.norm.ppf(POWER))
     others = [other for other in (rate - difference, rate + difference) if 0.0 <= other <= 1.0]
     errors = [np.sqrt(rate * (1.0 - rate) / n_one + other * (1.0 - other) / n_other) for other in others]
