@@ -4,9 +4,10 @@
 second writer away.
 """
 
+from sceann_hil.journal.again import sound_trials, trial_arrays
 from sceann_hil.journal.entries import AttemptKind, Circumstances, FirstGeneration, Slots
 from sceann_hil.journal.lock import LOCK_NAME, RunLock
-from sceann_hil.journal.reader import JournalReader, sound_trials, trial_arrays
+from sceann_hil.journal.reader import JournalReader
 from sceann_hil.journal.rows import (
     AttemptRow,
     GenerationRow,

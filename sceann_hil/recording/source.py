@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sceann_hil.config import parse_config
 from sceann_hil.errors import ReplayDiffers
 from sceann_hil.journal import JOURNAL_NAME, AttemptRow, GenerationRow, JournalReader
-from sceann_hil.journal.reader import sound_trials, trial_arrays
+from sceann_hil.journal.again import sound_trials, trial_arrays
 from sceann_hil.network.coding import Weights
 from sceann_hil.network.controller import Dynamics, state_hash
 from sceann_hil.recording.trial import RecordedRun, RecordedTrial, as_id
