@@ -53,7 +53,7 @@ class LineFollower(SimulatedRobot):
     spec, sense, advance = SPEC, staticmethod(sense), staticmethod(advance)
     parameters = np.array([0.2 * SPEC.tick_s], np.float32)  # 0.2 m/s at motor value 1, as metres in a step
     bend = BEND_M * np.exp(1j * np.linspace(-np.pi / 2, np.pi / 2, 19))
-    track = np.array([*(STRAIGHT_M + bend), *(-STRAIGHT_M - bend), STRAIGHT_M - 1j * BEND_M])
+    track = np.array([-1j * BEND_M, *(STRAIGHT_M + bend), *(-STRAIGHT_M - bend), -1j * BEND_M])
     line = Strip(tuple(zip(track.real.tolist(), track.imag.tolist(), strict=True)), LINE_M, Look.LINE)
     robot = round_robot(RADIUS_M, tuple(Fan((AHEAD_M, side * APART_M), 0.0, 0.4, 0.02) for side in (1, 0, -1)))
     sides, bounds_m = ("left", "middle", "right"), (-0.6, 0.6, -0.35, 0.35)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import textwrap
+import tomllib
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator
 from pathlib import Path
@@ -27,13 +28,7 @@ from tests.installed import installed
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE, GUIDE = ROOT / "examples" / "line_follower.py", ROOT / "docs" / "adding-a-body.md"
-CONFIG = """
-seed: 2
-task: {type: along}
-robot: {type: line_follower}
-controller: {coding: sceann3, n_hidden: 1}
-algorithm: {type: sga, population: 20, generations: 10}
-"""
+CONFIG = (ROOT / "examples" / "line_follower.yaml").read_text(encoding="utf-8")
 
 
 class TestLineFollower(BodyConformance):
@@ -56,9 +51,12 @@ class TestAlong(TaskConformance):
 def run(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """A finished run, as long as the example is installed."""
     folder = tmp_path_factory.mktemp("along")
-    entries = (
-        "[sceann_hil.tasks]\nalong = examples.line_follower:AlongConfig\n"
-        "[sceann_hil.robots]\nline_follower = examples.line_follower:LineFollowerConfig\n"
+    groups = tomllib.loads((ROOT / "examples" / "pyproject.toml").read_text(encoding="utf-8"))["project"][
+        "entry-points"
+    ]
+    entries = "".join(
+        f"[{group}]\n" + "".join(f"{name} = examples.{place}\n" for name, place in places.items())
+        for group, places in groups.items()
     )
     with pytest.MonkeyPatch.context() as patch, installed(folder / "site", {"line_follower": entries}, patch):
         config = parse_config(CONFIG, "test")
