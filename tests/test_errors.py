@@ -66,6 +66,7 @@ def test_a_user_error_survives_the_way_between_processes(kind: type[UserError]) 
         (OSError(errno.EROFS, os.strerror(errno.EROFS), "run"), ExitCode.CANNOT_WRITE),
         (FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), "run"), ExitCode.CANNOT_WRITE),
         (FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), "no_folder/x.h"), ExitCode.CANNOT_WRITE),
+        (FileNotFoundError(errno.ENOENT, "No usable temporary directory found in ['/tmp']"), ExitCode.CANNOT_WRITE),
     ],
 )
 def test_errors_of_others_become_user_errors(error: BaseException, code: ExitCode) -> None:
