@@ -39,7 +39,7 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
     Example: sceann status runs/first
     """
     reader = JournalReader(directory)
-    run = reader.run()
+    run, sessions = reader.run(), reader.sessions()
     outline = outline_of(run.config, f"{directory}: journalled configuration")
     generations = reader.generations(finished=True)
     champion = champion_of(reader, keeps_best=outline.keeps_best)
@@ -63,6 +63,16 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
         "best_fitness_ever": best and best.best_fitness,
         "champion": champion and {"individual": champion.id, "fitness": champion.fitness, "genome": champion.genome},
         "versions": run.versions,
+        "sessions": [
+            {
+                "session": row.id,
+                "started_at": row.started_at,
+                "robot": row.robot,
+                "versions": row.versions,
+                "body": row.body,
+            }
+            for row in sessions
+        ],
     }
     if as_json:
         print_json(document)
@@ -79,6 +89,9 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
     table.add_row("robot time", f"{document['robot_s']:.1f} s")
     if document["operator_s"]:
         table.add_row("a person's time at prompts", f"{document['operator_s']:.1f} s")
+    kinds = {(tuple(row.versions.items()), row.robot, row.body) for row in sessions}
+    if len({versions for versions, _, _ in kinds}) > 1 or len(kinds) > len({robot for _, robot, _ in kinds}):
+        table.add_row("sessions", f"{len(sessions)}, on different versions or bodies: --json lists them")
     if champion:
         table.add_row("champion", f"individual {champion.id}, fitness [bold]{champion.fitness:.4g}[/]")
         table.add_row("its genome", champion.genome)
