@@ -32,7 +32,8 @@ algorithm: {type: sga, population: 4, generations: 2}
 """
 ROBOT = """
 task: {type: pole_balancing, max_steps: 50}
-robot: {type: remote, port: PORT, mode: onboard, n_sensors: 2, n_motors: 1, tick_s: 0.02}
+robot:
+  {type: remote, port: PORT, mode: onboard, n_sensors: 2, n_motors: 1, tick_s: 0.02, start_fields: [], ends: []}
 controller: {coding: sceann3, n_hidden: 1}
 algorithm: {type: sga, population: 4, generations: 2}
 """
