@@ -292,6 +292,12 @@ def as_user_error(error: BaseException) -> UserError | None:
         return DiskFull(f"The disk is full: {_where(error)} could not be written.", _FREE_SPACE)
     if isinstance(error, OSError) and error.errno in _CANNOT_WRITE:
         return CannotWrite(f"{_where(error)}: {error.strerror}.", "Choose another place, or change its permissions.")
+    if isinstance(error, OSError) and error.filename is None and "temporary directory" in str(error):
+        # in the words of Python's `tempfile`, or of matplotlib
+        return CannotWrite(
+            "No temporary folder can be made: nothing can be written on this computer.",
+            "Let the environment variable TMPDIR name a folder that can be written to.",
+        )
     if isinstance(error, FileNotFoundError) and error.filename is not None:
         # a file that is missing in a folder that is there is a bug; whoever wants to write elsewhere may have mistyped
         folder = Path(_where(error)).parent

@@ -123,6 +123,10 @@ class TaskConfig(PluginConfig):
     def build(self) -> Task:
         """The task."""
 
+    def build_for(self, robot: RobotConfig) -> Task:
+        """The task for one robot; what `build` gives, unless its trials depend on the robot's surroundings."""
+        return self.build()
+
     def check(self, robot: RobotConfig) -> None:
         """Refuse a robot that cannot do this task.
 

@@ -38,11 +38,15 @@ def test_every_user_error_has_a_code_of_its_own() -> None:
         ExitCode.INTERRUPTED,
         ExitCode.OPERATOR_FINISHED,
         ExitCode.BUDGET_SPENT,
+        ExitCode.HUNG_UP,
+        ExitCode.TERMINATED,
     }
 
 
 def test_no_code_is_one_that_shells_use_for_something_else() -> None:
-    assert all(code < 64 or code == ExitCode.INTERRUPTED_NOW for code in ExitCode)
+    # 128 + n is what a shell says of a program that signal n ended, and so do these
+    by_a_signal = {ExitCode.HUNG_UP, ExitCode.INTERRUPTED_NOW, ExitCode.TERMINATED}
+    assert all(code < 64 or code in by_a_signal for code in ExitCode)
 
 
 @pytest.mark.parametrize("kind", USER_ERRORS)
@@ -66,6 +70,7 @@ def test_a_user_error_survives_the_way_between_processes(kind: type[UserError]) 
         (OSError(errno.EROFS, os.strerror(errno.EROFS), "run"), ExitCode.CANNOT_WRITE),
         (FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), "run"), ExitCode.CANNOT_WRITE),
         (FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), "no_folder/x.h"), ExitCode.CANNOT_WRITE),
+        (FileNotFoundError(errno.ENOENT, "No usable temporary directory found in ['/tmp']"), ExitCode.CANNOT_WRITE),
     ],
 )
 def test_errors_of_others_become_user_errors(error: BaseException, code: ExitCode) -> None:

@@ -39,7 +39,7 @@ class SceannEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         robot = config.robot.build()
         if not isinstance(robot, SimulatedBody):
             raise ValueError(f"robot: expected a simulated body, got {config.robot.type}")
-        self._task, self._spec_of_robot = config.task.build(), robot.spec
+        self._task, self._spec_of_robot = config.build_task(), robot.spec
         self._task.check_robot(robot.spec)
         self._body = StepwiseBody(robot)
         n_sensors, n_motors = robot.spec.n_sensors, robot.spec.n_motors
@@ -58,7 +58,7 @@ class SceannEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         if not 0 <= trial < self._task.n_trials:
             raise ValueError(f"options: expected trial 0..{self._task.n_trials - 1}, got {trial}")
         key = np.uint64(self.np_random.integers(2**63))
-        self._body.reset(self._task.starts[trial], key)
+        self._body.reset(self._task.starts_of(np.array([trial]), np.array([key]))[0], key)
         self._steps = 0
         return self._observe(), {"trial": trial}
 

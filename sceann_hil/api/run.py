@@ -248,7 +248,7 @@ class Run:
         raise NotARun(f"individual {row.id} has no counted trial {trial}.", "Trials are numbered from 0.")
 
     def _traced(self, individual: Individual, attempts: list[AttemptRow]) -> list[Trial]:
-        config, task, phenotype = self.config, self.config.task.build(), individual.phenotype
+        config, task, phenotype = self.config, self.config.build_task(), individual.phenotype
         spec = config.robot.spec
         if spec.repeatable:
             with config.robot.build() as robot:

@@ -52,7 +52,7 @@ def simulate(
             f"individual: expected a controller for {expected.size}, got one for {phenotype.size}.",
             "Simulate it with the configuration that it was evolved with, or a body with as many sensors and motors.",
         )
-    task = config.task.build()
+    task = config.build_task()
     trial = np.repeat(np.arange(task.n_trials), repeats)
     noise = keys(seed, Purpose.REPEAT, trial, np.arange(len(trial)))
     with config.robot.build() as robot:
@@ -63,7 +63,7 @@ def simulate(
             task.fitness(results),
             task.succeeded(results),
             trial,
-            [dict(zip(task.start_fields, start, strict=True)) for start in task.starts[trial].tolist()],
+            [dict(zip(task.start_fields, start, strict=True)) for start in task.starts_of(trial, noise).tolist()],
             robot.spec.tick_s,
             phenotype.size,
             robot.spec.state_fields,

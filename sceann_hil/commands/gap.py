@@ -134,7 +134,7 @@ def repeat(
     measurement, _ = measured(directory, config, "repeat", row.genome_bits(config.genome_length)[None], n, more)
     fitness = measurement.repeats[0]
     spread = Spread.of(fitness)
-    task = config.task.build()
+    task = config.build_task()
     width = task.best_fitness - task.worst_fitness
     if not math.isfinite(width):  # the task does not say what a trial can be worth
         width = float(np.ptp(measurement.fitness)) or 1.0

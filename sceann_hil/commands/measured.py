@@ -43,10 +43,10 @@ def measured(
     """
     console = Console(stderr=True, highlight=False)
     robot = config.robot.build()
-    n_trials = len(genomes) * repeats * config.task.build().n_trials
+    n_trials = len(genomes) * repeats * config.build_task().n_trials
     if robot.spec.repeatable:
         with robot, show_trials(console, robot.spec.name, n_trials) as report:
-            task = config.task.build()
+            task = config.build_task()
             return simulate(robot, config.phenotype, task, genomes, repeats, config.seed, report), {}
     show = partial(console.print, markup=False, soft_wrap=True)
     signals = Signals(show)

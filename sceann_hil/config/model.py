@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Annotated, Any, Self, cast
+from typing import TYPE_CHECKING, Annotated, Any, Self, cast
 
 from pydantic import AfterValidator, Field, SerializeAsAny, model_validator
 
@@ -21,6 +21,9 @@ from sceann_hil.supervision.drift_settings import ReferenceConfig
 from sceann_hil.supervision.operators import OperatorConfig
 from sceann_hil.supervision.saving import Racing, SavingConfig
 from sceann_hil.supervision.suspenders import SuspendersConfig
+
+if TYPE_CHECKING:
+    from sceann_hil.robot.task import Task
 
 MAX_SEED = 2**63 - 1
 """Largest seed: what the journal's database keeps as an integer."""
@@ -104,6 +107,10 @@ class ExperimentConfig(Section):
         """L, bits of a genome."""
         return self.phenotype.genome_length
 
+    def build_task(self) -> Task:
+        """The task, for this experiment's robot."""
+        return self.task.build_for(self.robot)
+
     def with_changes(
         self, changes: Mapping[str, Any] | None = None, /, *, settings: Sequence[str] = (), **sections: Any
     ) -> Self:
@@ -158,10 +165,17 @@ class ExperimentConfig(Section):
 
     def _check_robot_and_task(self) -> None:
         try:
-            task = self.task.build()
+            task = self.build_task()
         except NotImplementedError:
             return  # a plug-in that is only a section yet: its keys can be checked, its trials cannot be run
         task.check_robot(self.robot.spec)
+        if task.draws_starts and self.operator.resolved(attended=self.robot.spec.attended):
+            raise Misfit(
+                "starts_drawn: expected a simulated robot and no operator, because nobody can put a robot at another "
+                "place to the millimetre for every trial",
+                "task.starts_drawn",
+                "operator.who",
+            )
         asked = self.operator.resolved(attended=self.robot.spec.attended) and self.operator.confirm
         if task.score_by_operator and not asked:
             raise Misfit(
@@ -188,7 +202,7 @@ class ExperimentConfig(Section):
         wanted = self.algorithm.measures
         if not wanted:
             return
-        offered = self.task.build().measure_names(self.robot.spec)
+        offered = self.build_task().measure_names(self.robot.spec)
         for name in wanted:
             if name not in offered:
                 raise Misfit(

@@ -77,7 +77,7 @@ def open_database(kind: DatabaseKind, path: Path, *, write: bool, checked: bool 
     with as_ours(path, kind.what):
         db = _connect(path, write=write)
     try:
-        with as_ours(path, kind.what):
+        with understood(path, kind.what):
             version = _identified(kind, db, path)
             if write:
                 db.execute("PRAGMA journal_mode = WAL")

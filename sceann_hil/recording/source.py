@@ -61,7 +61,7 @@ class RunSource:
         row = self._reader.run()
         self.config, self.seed = row.config, row.root_seed
         config = parse_config(row.config, f"the configuration in {run_dir / JOURNAL_NAME}")
-        self._robot, self._task = config.robot.build(), config.task.build()
+        self._robot, self._task = config.robot.build(), config.build_task()
         self._phenotype = config.phenotype
         spec = self._robot.spec
         self.run = RecordedRun(

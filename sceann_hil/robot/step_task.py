@@ -30,6 +30,7 @@ class StepTask(Task):
         name: for messages; the value's name if it is not given.
         goal_by_operator: the robot cannot tell that the trial may end; a person says so.
         instruction: what a person has to do before the trial of this number.
+        draw: starts of trials, from their numbers and keys (see `Task.starts_of`); `starts` if it is not given.
     """
 
     def __init__(
@@ -46,6 +47,7 @@ class StepTask(Task):
         name: str | None = None,
         goal_by_operator: bool = False,
         instruction: Callable[[int], str] | None = None,
+        draw: Callable[[NDArray[np.int64], NDArray[np.uint64]], NDArray[np.float64]] | None = None,
     ) -> None:
         if not isinstance(value, StepValue):
             raise PluginError(
@@ -64,10 +66,14 @@ class StepTask(Task):
         self._starts = np.array(starts, np.float64)
         self._succeeded = succeeded
         self._instruction = instruction
+        self._draw, self.draws_starts = draw, draw is not None
 
     @property
     def starts(self) -> NDArray[np.float64]:
         return self._starts
+
+    def starts_of(self, trial: NDArray[np.int64], keys: NDArray[np.uint64]) -> NDArray[np.float64]:
+        return super().starts_of(trial, keys) if self._draw is None else self._draw(trial, keys)
 
     def check_robot(self, spec: RobotSpec) -> None:
         """Refuse a robot of which the value of a step cannot be computed.

@@ -29,6 +29,7 @@ class Task(ABC):
         goal_by_operator: the robot cannot tell that the goal is reached; a person says so.
         score_by_operator: a person says after a trial how good it was, 0 to 9: that is `Results.values`.
         accumulation: what it adds up over a trial's steps, if it does (`sceann_hil.robot.step_task`).
+        draws_starts: a trial's start depends on its key, so equal genomes need not do the same.
     """
 
     name: str
@@ -39,11 +40,21 @@ class Task(ABC):
     goal_by_operator: bool = False
     score_by_operator: bool = False
     accumulation: Accumulation | None = None
+    draws_starts: bool = False
 
     @property
     @abstractmethod
     def starts(self) -> NDArray[np.float64]:
         """Start values of an individual's trials, shape ``(n_trials, n_start)``."""
+
+    def starts_of(self, trial: NDArray[np.int64], keys: NDArray[np.uint64]) -> NDArray[np.float64]:
+        """Where some trials start, shape ``(n, n_start)``: at the task's starts, unless it draws them.
+
+        Args:
+            trial: which of the task's trials each is, shape ``(n,)``.
+            keys: its 64-bit noise key from the seed tree, shape ``(n,)``.
+        """
+        return self.starts[trial]
 
     @abstractmethod
     def fitness(self, results: Results) -> NDArray[np.float64]:
@@ -129,7 +140,7 @@ class Task(ABC):
             dynamics=phenotype.dynamics,
             weights=weights,
             genome_index=individual.astype(np.int32),
-            starts=self.starts[trial] if starts is None else starts,
+            starts=self.starts_of(trial, noise.astype(np.uint64)) if starts is None else starts,
             keys=noise.astype(np.uint64),
             max_steps=self.max_steps,
             ids=np.arange(len(individual)) if ids is None else ids,

@@ -73,7 +73,7 @@ class BatchEvaluator:
     @classmethod
     def of(cls, config: ExperimentConfig, robot: Robot) -> Self:
         """For an experiment; the robot is what its configuration builds."""
-        return cls(config.phenotype, config.task.build(), robot, Measures.of(config))
+        return cls(config.phenotype, config.build_task(), robot, Measures.of(config))
 
     def evaluate(self, genomes: Bits, noise: ArrayLike = 0, trial: NDArray[np.int64] | None = None) -> Outcomes:
         """Run all trials of some genomes.

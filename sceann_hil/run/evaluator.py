@@ -110,7 +110,7 @@ class Evaluator:
 
     def _pool(self, generation: int, genomes: Bits) -> Pool | None:
         """What the run knows of this generation's genomes from generations before."""
-        noise_free = self._runner.robot.spec.noise_free
+        noise_free = self._runner.robot.spec.noise_free and not self._task.draws_starts
         limit = self._saving.evaluations(noise_free=noise_free)
         if limit is None:
             return None

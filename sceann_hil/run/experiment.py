@@ -230,7 +230,7 @@ class Experiment:
         return outcome
 
     def _forecast(self, robot: Robot) -> Forecast:
-        config, task = self.config, self.config.task.build()
+        config, task = self.config, self.config.build_task()
         before = [(row[0], Cost(*row[1:])) for row in self.journal.reader.costs()]
         trials = config.algorithm.population * task.n_trials
         return Forecast(config.algorithm.generations, trials, task.max_steps * robot.spec.tick_s, before)

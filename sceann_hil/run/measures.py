@@ -33,7 +33,7 @@ class Measures:
         """None if the algorithm wants none."""
         if not config.algorithm.measures:
             return None
-        task = config.task.build()
+        task = config.build_task()
         offered = task.measure_names(config.robot.spec)
         return cls(task, tuple(offered.index(name) for name in config.algorithm.measures))
 

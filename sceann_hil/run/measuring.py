@@ -249,7 +249,7 @@ def measuring(
         row.id for row in journal.reader.measurements() if (row.kind, row.plan, row.finished_at) == (kind, text, None)
     ]
     presence = Presence(presence.desk or Desk(asks=False, stop=presence.stop), presence.stop, presence.more)
-    forecast = Forecast(0, n_trials, config.task.build().max_steps * robot.spec.tick_s)
+    forecast = Forecast(0, n_trials, config.build_task().max_steps * robot.spec.tick_s)
     runner = begin_session(journal, config, robot, forecast, presence)
     identity = begun[-1] if begun else journal.begin_measurement(kind, robot.spec.name, dump_config(config), text)
     journal.note("measuring", f"{kind} on {robot.spec.name}, measurement {identity}{', gone on with' if begun else ''}")

@@ -47,7 +47,7 @@ class Plan:
     @classmethod
     def of(cls, config: ExperimentConfig) -> Self:
         """The forecast for one configuration."""
-        task, spec, size = config.task.build(), config.robot.spec, config.size
+        task, spec, size = config.build_task(), config.robot.spec, config.size
         generations = config.algorithm.generations + 1
         trials = config.algorithm.population * generations * task.n_trials
         longest_trial_s = task.max_steps * spec.tick_s

@@ -88,7 +88,7 @@ def rehearsal(
     real = config.robot
     simulated = body or simulated_body(config)
     attended = real.spec.attended or simulated is real
-    verdict = "accept 5" if config.task.build().score_by_operator else "accept"
+    verdict = "accept 5" if config.build_task().score_by_operator else "accept"
     script = ("ready", verdict) if config.operator.confirm else ("ready",)
     operator = config.operator
     if operator.who != (Who.NONE,):  # a run that asks nobody is rehearsed without anybody

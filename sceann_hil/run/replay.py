@@ -49,7 +49,7 @@ def journalled_trials(reader: JournalReader, config: ExperimentConfig, attempts:
     weights = phenotype.decode(genomes)
     with sound_trials(reader.path):
         starts, keys, ids = trial_arrays(attempts)
-        return config.task.build().trials(phenotype, weights, individual, trial, keys, ids, starts=starts)
+        return config.build_task().trials(phenotype, weights, individual, trial, keys, ids, starts=starts)
 
 
 def measured_trace(reader: JournalReader, attempt: int, weights: Weights, phenotype: Phenotype) -> Trace | None:
@@ -112,7 +112,7 @@ def replay(
             raise NotARun(f"trial {row.id} of {reader.directory} has no result to compare with.", "")
     trials = journalled_trials(reader, config, attempts)
     results = trials.completed(robot.run(trials))
-    task = config.task.build()
+    task = config.build_task()
     if task.score_by_operator:
         # nobody says it again: what is compared is everything else
         results = replace(results, values=np.array([np.nan if row.value is None else row.value for row in attempts]))

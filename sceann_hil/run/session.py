@@ -48,7 +48,7 @@ def begin_session(
     Raises:
         ConfigError: a suspender would never see its value.
     """
-    task, spec = config.task.build(), robot.spec
+    task, spec = config.build_task(), robot.spec
     desk = presence.desk or Desk(asks=False, stop=presence.stop)
     suspension = Suspension(config.suspenders.build(), robot, desk, journal.reader.directory)
     suspension.check()

@@ -166,6 +166,7 @@ class _Evaluator:
 
     def __init__(self, batch: BatchEvaluator, seeds: NDArray[np.uint64], algorithm: Algorithm[Any]) -> None:
         self._batch = batch
+        self._repeats = batch.robot.spec.noise_free and not batch.task.draws_starts
         self._seeds = seeds
         self._algorithm = algorithm
 
@@ -180,7 +181,7 @@ class _Evaluator:
         of = [self._algorithm.wanted(state, n_trials) for state in states]
         every = np.ones(n_trials, np.bool_)
         wanted = np.stack([np.broadcast_to(every if one is None else one, (genomes.shape[1], n_trials)) for one in of])
-        if before is not None and self._batch.robot.spec.noise_free and wanted.all():
+        if before is not None and self._repeats and wanted.all():
             # the same genome in the same noise-free body does the same again, bit for bit
             parents = np.stack([state.parents for state in states])
             runs = np.arange(len(states))[:, None]

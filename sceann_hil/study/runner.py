@@ -79,7 +79,7 @@ class Todo:
         """The missing runs in blocks of consecutive ones. How they are cut has no influence on any number."""
         fair_share = max(1, self.n_runs // (2 * n_workers))
         for condition, runs in zip(self.study.conditions, self.runs, strict=True):
-            algorithm, n_trials = condition.config.algorithm, condition.config.task.build().n_trials
+            algorithm, n_trials = condition.config.algorithm, condition.config.build_task().n_trials
             most = min(fair_share, max(1, TRIALS_AT_ONCE // (algorithm.population * n_trials)))
             for chunk in _consecutive(runs, most):
                 seeds = condition.seeds(self.study.config.seed, chunk)
@@ -136,7 +136,7 @@ def _refuse_physical_robots(study: Study) -> None:
 
 def _trials_of_a_run(condition: Condition) -> int:
     algorithm = condition.config.algorithm
-    return algorithm.population * (algorithm.generations + 1) * condition.config.task.build().n_trials
+    return algorithm.population * (algorithm.generations + 1) * condition.config.build_task().n_trials
 
 
 def _consecutive(numbers: Sequence[int], most: int) -> Iterator[list[int]]:

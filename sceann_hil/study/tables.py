@@ -85,7 +85,7 @@ def _conditions(conditions: Sequence[Condition], axes: Sequence[str]) -> Columns
 
 
 def _runs(reader: StudyReader, condition: Condition, axes: Sequence[str]) -> Columns:
-    runs, n_trials = reader.runs(condition.number), condition.config.task.build().n_trials
+    runs, n_trials = reader.runs(condition.number), condition.config.build_task().n_trials
     settings = dict(condition.settings)
     return {
         "condition": [condition.number] * len(runs),

@@ -14,6 +14,7 @@ from pydantic import Field
 from sceann_hil.plugins import RobotConfig, StartVariation, TaskConfig
 from sceann_hil.robot import EndReason, Results
 from sceann_hil.robot.task import Task
+from sceann_hil.tasks.drawn_starts import Draw, StartsDrawn, drawing, needs_no_robot
 from sceann_hil.tasks.starts import START_FIELDS, Starts, as_rows, instruction, refuse_occupied, turned
 
 
@@ -24,21 +25,28 @@ class Homing(Task):
         max_steps: a trial ends after this many steps.
         starts: x and y in metres, heading in degrees, one trial for each.
         goal_by_operator: a person says when the target is reached.
+        draw: starts of trials, from their numbers and keys (see `Task.starts_of`); `starts` if it is not given.
     """
 
     name = "homing"
     start_fields = START_FIELDS
     best_fitness = 1.0
 
-    def __init__(self, max_steps: int, starts: Starts, goal_by_operator: bool = False) -> None:
+    def __init__(
+        self, max_steps: int, starts: Starts, goal_by_operator: bool = False, draw: Draw | None = None
+    ) -> None:
         self.max_steps = max_steps
         self.goal_by_operator = goal_by_operator
         self._given = starts
         self._starts = as_rows(starts)
+        self._draw, self.draws_starts = draw, draw is not None
 
     @property
     def starts(self) -> NDArray[np.float64]:
         return self._starts
+
+    def starts_of(self, trial: NDArray[np.int64], keys: NDArray[np.uint64]) -> NDArray[np.float64]:
+        return super().starts_of(trial, keys) if self._draw is None else self._draw(trial, keys)
 
     def fitness(self, results: Results) -> NDArray[np.float64]:
         return np.where(self.succeeded(results), 1.0 - results.steps / self.max_steps, 0.0)
@@ -60,16 +68,27 @@ class HomingConfig(TaskConfig):
     """Steps after which a trial ends."""
     starts: Starts = ((0.15, 0.15, 45.0), (0.15, 0.15, 225.0), (0.85, 0.15, 0.0), (0.15, 0.85, 270.0))
     """One trial for each: x and y in metres, heading in degrees."""
+    starts_drawn: StartsDrawn | None = None
+    """Draw the start of every trial from these ranges instead; there are as many trials as `starts` has rows."""
     goal_by_operator: bool = False
     """The robot cannot tell that it reached the target: the person beside it says so."""
 
     def build(self) -> Homing:
+        needs_no_robot(self.starts_drawn)
         return Homing(self.max_steps, self.starts, self.goal_by_operator)
 
-    def check(self, robot: RobotConfig) -> None:
-        refuse_occupied(robot, self.starts)
+    def build_for(self, robot: RobotConfig) -> Homing:
+        return Homing(self.max_steps, self.starts, self.goal_by_operator, drawing(self.starts_drawn, robot))
 
-    def other_starts(self) -> StartVariation:
+    def check(self, robot: RobotConfig) -> None:
+        if self.starts_drawn is None:
+            refuse_occupied(robot, self.starts)
+        else:
+            self.starts_drawn.check(robot)
+
+    def other_starts(self) -> StartVariation | None:
+        if self.starts_drawn is not None:
+            return None
         turns = (0.0, 10.0, 20.0, 30.0, 45.0, 90.0)
         changes = tuple({"starts": [list(start) for start in turned(self.starts, turn)]} for turn in turns)
         return StartVariation("initial headings turned by", "degrees", turns, changes)

@@ -12,6 +12,7 @@ from pydantic import Field
 from sceann_hil.plugins import Misfit, RobotConfig, StartVariation, TaskConfig
 from sceann_hil.robot.step_task import StepTask
 from sceann_hil.robot.step_value import StepValue
+from sceann_hil.tasks.drawn_starts import Draw, StartsDrawn, drawing, needs_no_robot
 from sceann_hil.tasks.starts import START_FIELDS, Starts, as_rows, instruction, refuse_occupied, turned
 
 SensorNumbers = Annotated[tuple[Annotated[int, Field(ge=0, le=63)], ...], Field(max_length=64)]
@@ -29,6 +30,8 @@ class StepTaskOnAPlane(TaskConfig):
     """Steps of a trial."""
     starts: Starts
     """One trial for each: x and y in metres, heading in degrees."""
+    starts_drawn: StartsDrawn | None = None
+    """Draw the start of every trial from these ranges instead; there are as many trials as `starts` has rows."""
     success: Annotated[float, Field(ge=0.0, le=1.0)]
     """A trial that is worth more than this counts as a success."""
 
@@ -41,6 +44,13 @@ class StepTaskOnAPlane(TaskConfig):
         return {}
 
     def build(self) -> StepTask:
+        needs_no_robot(self.starts_drawn)
+        return self._task(None)
+
+    def build_for(self, robot: RobotConfig) -> StepTask:
+        return self._task(drawing(self.starts_drawn, robot))
+
+    def _task(self, draw: Draw | None) -> StepTask:
         return StepTask(
             value=self.value(),
             combine="mean",
@@ -52,6 +62,7 @@ class StepTaskOnAPlane(TaskConfig):
             worst_fitness=0.0,
             name=self.type,
             instruction=lambda trial: instruction(self.starts[trial]),
+            draw=draw,
         )
 
     def _succeeded(self, fitness: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -73,9 +84,14 @@ class StepTaskOnAPlane(TaskConfig):
                         f"got {number}",
                         f"task.{key}",
                     )
-        refuse_occupied(robot, self.starts)
+        if self.starts_drawn is None:
+            refuse_occupied(robot, self.starts)
+        else:
+            self.starts_drawn.check(robot)
 
-    def other_starts(self) -> StartVariation:
+    def other_starts(self) -> StartVariation | None:
+        if self.starts_drawn is not None:
+            return None
         turns = (0.0, 10.0, 20.0, 30.0, 45.0, 90.0)
         changes = tuple({"starts": [list(start) for start in turned(self.starts, turn)]} for turn in turns)
         return StartVariation("initial headings turned by", "degrees", turns, changes)

@@ -120,7 +120,7 @@ class TaskConformance(ABC):
     # -- tools ------------------------------------------------------------------------------------------------------
 
     def _task(self) -> Task:
-        return self.config().build()
+        return self.config().build_for(self.robot())
 
     def _run(self) -> tuple[Task, Trials, Results]:
         task, spec = self._task(), self.robot().spec

@@ -57,7 +57,7 @@ class _Case:
         self.budget_s = budget * float(self.robot_s.sum()) if budget < 1.0 else float("inf")
         self.trials = int((np.cumsum(self.robot_s) <= self.budget_s).sum())
         self.whole_s = float((self.robot_s + self.besides_s)[: self.trials].sum())
-        task = config.task.build()
+        task = config.build_task()
         self.forecast = Forecast(len(durations_s) - 1, self.per_generation, task.max_steps * config.robot.spec.tick_s)
 
     def error(self) -> float:
@@ -92,7 +92,7 @@ def _figure(task: str, person_s: float, budget: float, cases: list[_Case]) -> Fi
 def _durations(config: ExperimentConfig, robot: Robot) -> NDArray[np.float64]:
     """Robot time of every trial of every run, shape (runs, generations, trials)."""
     algorithm: Any = config.algorithm.build(config.genome_length)
-    task, population = config.task.build(), config.algorithm.population
+    task, population = config.build_task(), config.algorithm.population
     states = [algorithm.start(generator(FIRST_SEED + run, Purpose.ALGORITHM, 0)) for run in range(RUNS)]
     run_, individual, trial = (axis.ravel() for axis in np.indices((RUNS, population, task.n_trials)))
     durations = []

@@ -30,6 +30,6 @@ def run_trials(
         trial: number of the task's trial, shape ``(n,)``.
         key: of the noise, shape ``(n,)``.
     """
-    task = config.task.build()
+    task = config.build_task()
     weights = config.phenotype.decode(genomes.reshape(-1, genomes.shape[-1]))
     return robot.run(task.trials(config.phenotype, weights, run * genomes.shape[1] + individual, trial, key))

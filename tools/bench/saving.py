@@ -109,7 +109,7 @@ def _ratio(some: NDArray[np.float64], base: NDArray[np.float64]) -> tuple[float,
 def _evolve(config: ExperimentConfig, robot: Robot, saving: SavingConfig) -> Outcome:
     """All runs with one saving; the rules are the evaluator's, with every run's trials in one robot call per round."""
     algorithm: Any = config.algorithm.build(config.genome_length)
-    task, population = config.task.build(), config.algorithm.population
+    task, population = config.build_task(), config.algorithm.population
     seeds = [FIRST_SEED + run for run in range(RUNS)]
     states = [algorithm.start(generator(seed, Purpose.ALGORITHM, 0)) for seed in seeds]
     noisy = not robot.spec.noise_free
@@ -169,7 +169,7 @@ def _known(pool: Pool | None, genomes: NDArray[np.uint8], values: NDArray[np.flo
 
 def _tested(config: ExperimentConfig, robot: Robot, best: NDArray[np.uint8], generation: int) -> NDArray[np.float64]:
     """Fitness of each run's best on fresh trials, shape ``(r,)``."""
-    task = config.task.build()
+    task = config.build_task()
     n_fresh = 1 if robot.spec.noise_free else FRESH
     run, fresh, trial = (a.ravel() for a in np.indices((RUNS, n_fresh, task.n_trials)))
     key = keys(7, Purpose.REPEAT, generation, run, fresh, trial)

@@ -40,7 +40,7 @@ def _task(path: Path, runs: int, folder: Path) -> list[Figure]:
     study = parse_study(text, path.name)
     run_study(study, folder / path.stem, LocalWorkers(cores()))
     config = load_config(path)
-    task = config.task.build()
+    task = config.build_task()
     solved_at = getattr(config.task, "success", 0.5)
     figures = []
     reader = StudyReader(folder / path.stem)

@@ -126,7 +126,7 @@ def _robot(config: ExperimentConfig, body: dict[str, Any], seed: int) -> Robot:
     section = registry.load(registry.Group.ROBOTS, body["type"]).model_validate_json(json.dumps(body))
     robot = section.build()
     robot.connect()
-    return Robot(BatchEvaluator(config.phenotype, config.task.build(), robot), seed)
+    return Robot(BatchEvaluator(config.phenotype, config.build_task(), robot), seed)
 
 
 # -- methods ------------------------------------------------------------------------------------------------------

@@ -85,7 +85,7 @@ class Preparation:
             ConfigError: there is no simulated body, or a range is wider than it allows.
         """
         config = self.config
-        task = config.task.build()
+        task = config.build_task()
         check_scale(task)
         body = simulated_body(config, self.sources)
         if not body.spec.takes_batches:

@@ -58,7 +58,7 @@ def analyse(landscape: Landscape) -> Summary:
     if path.is_file():
         return _read(path)
     config = landscape.config
-    length, n_trials = config.genome_length, config.task.build().n_trials
+    length, n_trials = config.genome_length, config.build_task().n_trials
     n = 1 << length
     successes = landscape.successes
     parts = [first + np.flatnonzero(successes[first : first + _AT_ONCE] == n_trials) for first in range(0, n, _AT_ONCE)]

@@ -53,7 +53,7 @@ def enumerate_landscape(
     """
     check_enumerable(config)
     n = 1 << config.genome_length
-    size = min(n, 1 << max(0, (_TRIALS_AT_ONCE // config.task.build().n_trials).bit_length() - 1))
+    size = min(n, 1 << max(0, (_TRIALS_AT_ONCE // config.build_task().n_trials).bit_length() - 1))
     landscape = Landscape.begin_or_continue(config, directory, n // size)
     todo = [int(chunk) for chunk in np.flatnonzero(landscape.done == 0)]
     if not todo:
@@ -127,6 +127,6 @@ class _Chunks:
         return outcomes.mean_fitness.astype(np.float32), outcomes.successes.astype(np.uint16)
 
     def _keys(self, numbers: NDArray[np.int64]) -> NDArray[np.uint64] | int:
-        if self._batch.robot.spec.noise_free:
+        if self._batch.robot.spec.noise_free and not self._batch.task.draws_starts:
             return 0
         return keys(self._seed, Purpose.TRIAL, 0, numbers[:, None], np.arange(self._batch.task.n_trials), 0)

@@ -67,7 +67,8 @@ def _different(landscapes: Sequence[Landscape]) -> list[Landscape]:
     kept = []
     for landscape in landscapes:
         config = landscape.config
-        key = (config.task, config.robot, config.controller, config.seed if not config.robot.spec.noise_free else 0)
+        repeats = config.robot.spec.noise_free and not config.build_task().draws_starts
+        key = (config.task, config.robot, config.controller, 0 if repeats else config.seed)
         if key not in known:
             known.append(key)
             kept.append(landscape)

@@ -95,7 +95,7 @@ class StudyData:
         """All of a study's database."""
         with StudyReader(directory) as reader:
             conditions = reader.conditions()
-            cells = [Cell(c, reader.runs(c.number), c.config.task.build().n_trials) for c in conditions]
+            cells = [Cell(c, reader.runs(c.number), c.config.build_task().n_trials) for c in conditions]
             filled = tuple(cell for cell in cells if cell.n > 0)
             return cls(
                 reader.name,

@@ -61,7 +61,7 @@ def _best(page: Page, champion: Champion) -> list[Claim]:
         f"{champion.results.steps.min()} to {champion.results.steps.max()} steps. After the first turn its path is "
         f"{min(ratios):.3f} to {max(ratios):.3f} times as long as the straight line."
     )
-    headings = np.rad2deg(config.task.build().starts[:, 2])
+    headings = np.rad2deg(config.build_task().starts[:, 2])
     shown = int(np.abs(headings - _FACING_UP_DEG).argmin())
     page.figure("fig7", "Fig. 7: trajectories; the robot every fifth step.", partial(draw_fig7, champion, shown))
     page.figure("fig8", "Fig. 8: its network; solid excitatory, dashed inhibitory.", partial(_draw_network, champion))

@@ -116,7 +116,7 @@ def pole_claims(cells: Mapping[Key, Cell]) -> list[Claim]:
 
 def _fails_early(cells: Mapping[Key, Cell]) -> Claim:
     ours = {key: cell for key, cell in cells.items() if key.coding is Coding.SCEANN1}
-    limit = EARLY * next(iter(ours.values())).condition.config.task.build().max_steps
+    limit = EARLY * next(iter(ours.values())).condition.config.build_task().max_steps
     intervals = {key: mean_interval(cell.fitness) for key, cell in ours.items()}
     highest = max(intervals, key=lambda key: intervals[key].estimate)
     k, n = (sum(values) for values in zip(*(cell.rate for cell in ours.values()), strict=True))
