@@ -33,7 +33,8 @@ algorithm: {type: sga, population: 4, generations: 2}
 ROBOT = """
 task: {type: pole_balancing, max_steps: 50}
 robot:
-  {type: remote, port: PORT, mode: onboard, n_sensors: 2, n_motors: 1, tick_s: 0.02, start_fields: [], ends: []}
+  {type: remote, port: PORT, mode: onboard, n_sensors: 2, n_motors: 1, tick_s: 0.02, ends: [],
+    start_fields: [x_m, velocity_m_s, angle_rad, angular_velocity_rad_s]}
 controller: {coding: sceann3, n_hidden: 1}
 algorithm: {type: sga, population: 4, generations: 2}
 """
@@ -77,7 +78,7 @@ CALLS = {
     "virtual": "virtual posix CONFIG --port NEW/port --write NEW/robot.yaml",
 }
 """How each is called. RUN is the folder of a run, PLACE that of a study, NEW what is to be made."""
-NEEDS_A_RUN = {name for name, line in CALLS.items() if " RUN" in line} - {"runs"}
+ON_A_RUN = {name: line for name, line in CALLS.items() if " RUN" in line and name != "runs"}
 OF_STUDIES = {
     "study": CALLS["study"],
     "runs": "runs PLACE",
@@ -255,18 +256,24 @@ KINDS: dict[str, tuple[Callable[[Path], object], set[ExitCode]]] = {
 }
 
 
+@pytest.fixture(scope="module")
+def ended_on(whole: Surroundings, tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Ended]]:
+    """What became of the commands that read a run or a study, by the kind of database; all from one process."""
+    calls = {}
+    for kind, (spoil, _) in KINDS.items():
+        spoilt = Surroundings(Path(shutil.copytree(whole.folder, tmp_path_factory.mktemp(kind) / "trouble")))
+        for path in (spoilt.run / JOURNAL_NAME, spoilt.study / STUDY_NAME):
+            spoil(path)
+        calls[kind] = [*spoilt.calls(ON_A_RUN), *spoilt.calls(OF_STUDIES), *spoilt.calls({"runs": CALLS["runs"]})]
+    ended = iter(call_all([call for of_kind in calls.values() for call in of_kind], usual()))
+    return {kind: [next(ended) for _ in of_kind] for kind, of_kind in calls.items()}
+
+
 @pytest.mark.parametrize("kind", KINDS)
-def test_on_a_database_that_is(kind: str, copied: Surroundings) -> None:
-    spoil, codes = KINDS[kind]
-    for path in (copied.run / JOURNAL_NAME, copied.study / STUDY_NAME):
-        spoil(path)
-    of_runs = {name: line for name, line in CALLS.items() if name in NEEDS_A_RUN}
-    ended = call_all(
-        [*copied.calls(of_runs), *copied.calls(OF_STUDIES), *copied.calls({"runs": CALLS["runs"]})], usual()
-    )
-    n = len(of_runs)
-    check(ended[:n], codes)
-    check(ended[n:])
+def test_on_a_database_that_is(kind: str, ended_on: dict[str, list[Ended]]) -> None:
+    ended = ended_on[kind]
+    check(ended[: len(ON_A_RUN)], KINDS[kind][1])
+    check(ended[len(ON_A_RUN) :])
 
 
 @contextmanager
@@ -291,13 +298,12 @@ def locked(path: Path) -> Iterator[None]:
 
 
 def test_on_a_database_that_another_program_has_locked(copied: Surroundings) -> None:
-    lines = {name: line for name, line in CALLS.items() if name in NEEDS_A_RUN}
-    calls = [*copied.calls(lines), *copied.calls(OF_STUDIES)]
+    calls = [*copied.calls(ON_A_RUN), *copied.calls(OF_STUDIES)]
     waiting = [Call(call.words, call.folder, interrupt_after_s=6.0) for call in calls]
     with locked(copied.run / JOURNAL_NAME), locked(copied.study / STUDY_NAME):
         ended = call_all(waiting, usual(), at_once=len(calls))
     check(ended)
-    for one in ended[: len(lines)]:
+    for one in ended[: len(ON_A_RUN)]:
         assert f"{JOURNAL_NAME} is locked by process" in one.errors, one
         assert one.code == ExitCode.INTERRUPTED_NOW, one
 
