@@ -366,8 +366,10 @@ class JournalReader:
 
     def _starts_of(self, rows: list[tuple[Any, ...]]) -> dict[int, tuple[float, ...]]:
         """Those that some attempts have: where every trial has its own, a run has as many as trials."""
+        if not rows:
+            return {}
         ids = [row[9] for row in rows if isinstance(row[9], int)]
-        if self._schema != SCHEMA_VERSION or len(ids) < max(len(rows), 1):
+        if self._schema != SCHEMA_VERSION or len(ids) < len(rows):
             return self.starts()
         found = self.rows("start", "WHERE id BETWEEN ? AND ?", min(ids), max(ids))
         return {row[0]: tuple(json.loads(row[1])) for row in found}
