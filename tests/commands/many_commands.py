@@ -7,7 +7,6 @@ Run as a program, it reads a list of calls as JSON and prints what became of eac
 from __future__ import annotations
 
 import atexit
-import contextlib
 import json
 import os
 import signal
@@ -156,8 +155,6 @@ def _import_what_commands_need() -> None:
         importlib.import_module(f"sceann_hil.commands.{entry.module}")
     for name in ("rich.console", "rich.table", "numba", "sceann_hil.run.experiment", "sceann_hil.journal"):
         importlib.import_module(name)
-    with contextlib.suppress(OSError):  # it wants a folder to write to
-        importlib.import_module("matplotlib.figure")
 
 
 if __name__ == "__main__":
