@@ -12,6 +12,8 @@ from sceann_hil.registry import Group, entry_points
 PROGRAM = "sceann-hil"
 _COMPUTING = (PROGRAM, "numpy", "numba", "llvmlite")
 _NOT_COMPUTING = ("machine",)
+BODIES = "simulated bodies"
+"""Beside versions: a fingerprint of the bodies' code, where somebody notes one."""
 
 
 @cache
@@ -49,7 +51,7 @@ def version_differences(before: dict[str, str], now: dict[str, str]) -> list[str
 
 
 def _is_plugin(name: str) -> bool:
-    return name not in (*_COMPUTING, "python", "processor", *_NOT_COMPUTING)
+    return name not in (*_COMPUTING, "python", "processor", BODIES, *_NOT_COMPUTING)
 
 
 def _version(name: str) -> str:

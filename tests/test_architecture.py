@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import statistics
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
@@ -151,3 +152,9 @@ def test_a_module_is_one_idea(name: str) -> None:
 
 def test_most_modules_are_short() -> None:
     assert statistics.median(len(path.read_text(encoding="utf-8").splitlines()) for path in modules().values()) < MEDIAN
+
+
+def test_test_modules_have_names_of_their_own() -> None:
+    # pytest imports them by these names, and with two of the same none of the whole suite is run
+    names = Counter(path.name for path in Path(__file__).parent.rglob("test_*.py"))
+    assert [name for name, times in names.items() if times > 1] == []

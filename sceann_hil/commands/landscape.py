@@ -33,6 +33,9 @@ def enumerate_genomes(
     workers: Annotated[
         int | None, typer.Option("--workers", min=1, help="Cores to use.", show_default="all cores")
     ] = None,
+    accept_versions: Annotated[
+        bool, typer.Option("--accept-versions", help="Go on although versions are others than before.")
+    ] = False,
     seed: Seed = None,
     overrides: Overrides = None,
     as_json: AsJson = False,
@@ -63,6 +66,7 @@ def enumerate_genomes(
                 workers or cores(),
                 report,
                 partial(tell_disk_full, console),
+                accept_other_versions=accept_versions,
             )
             found[condition.label] = analyse(landscape)
             bars.remove_task(bar)

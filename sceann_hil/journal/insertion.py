@@ -9,7 +9,10 @@ from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from typing import Any
 
-from sceann_hil.journal.checksums import row_checksum, row_checksums
+import numpy as np
+from numpy.typing import NDArray
+
+from sceann_hil.journal.checksums import Column, row_checksum, row_checksums
 from sceann_hil.journal.digests import begun_digest, digest_before, finished_digest
 from sceann_hil.journal.schema import columns_of
 from sceann_hil.network.coding import Bits, genome_to_hex
@@ -103,3 +106,19 @@ def milliseconds() -> int:
 def readable(text: str) -> str:
     """Text as SQLite can keep it: half a surrogate pair, which no encoding has, becomes a question mark."""
     return text.encode("utf-8", "replace").decode("utf-8")
+
+
+def listed(column: Column, n: int) -> Sequence[Any]:
+    """A column as Python values, for SQLite."""
+    if isinstance(column, np.ndarray):
+        return column.tolist()  # type: ignore[no-any-return]
+    if column is None or isinstance(column, int | float | str | bytes):
+        return [column] * n
+    return column
+
+
+def unless(is_void: NDArray[np.bool_] | None, values: NDArray[np.float64] | None) -> Column:
+    """Values, and None where an attempt measured nothing."""
+    if values is None or is_void is None:
+        return values
+    return [None if nothing else value for nothing, value in zip(is_void.tolist(), values.tolist(), strict=True)]

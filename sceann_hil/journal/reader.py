@@ -238,7 +238,7 @@ class JournalReader:
         """All attempts of all kinds in the order of their ids, some thousands at a time."""
         for rows in self.all_rows("attempt", "id"):
             with understood(self.path):
-                yield attempt_rows(rows, self.starts())
+                yield attempt_rows(rows, self._starts_of(rows))
 
     def attempts_since_reference(self) -> int:
         """Attempts of evolution that ended since the newest run of the reference genome, in all sessions."""
@@ -361,9 +361,16 @@ class JournalReader:
         rows = self.rows("attempt", where, *values)
         with understood(self.path):
             if len(rows) == 1 and self._schema == SCHEMA_VERSION:
-                start = self.rows("start", "WHERE id = ?", rows[0][9])
-                return [attempt_row(rows[0], {row[0]: tuple(json.loads(row[1])) for row in start})]
-            return attempt_rows(rows, self.starts())
+                return [attempt_row(rows[0], self._starts_of(rows))]
+            return attempt_rows(rows, self._starts_of(rows))
+
+    def _starts_of(self, rows: list[tuple[Any, ...]]) -> dict[int, tuple[float, ...]]:
+        """Those that some attempts have: where every trial has its own, a run has as many as trials."""
+        ids = [row[9] for row in rows if isinstance(row[9], int)]
+        if self._schema != SCHEMA_VERSION or len(ids) < max(len(rows), 1):
+            return self.starts()
+        found = self.rows("start", "WHERE id BETWEEN ? AND ?", min(ids), max(ids))
+        return {row[0]: tuple(json.loads(row[1])) for row in found}
 
     def starts(self) -> dict[int, tuple[float, ...]]:
         """Start values by their id."""

@@ -20,10 +20,12 @@ from sceann_hil.journal.entries import NOTHING_SPECIAL, AttemptKind, Circumstanc
 from sceann_hil.journal.insertion import (
     insert_generation,
     insert_row,
+    listed,
     milliseconds,
     now_text,
     readable,
     rewrite_digests,
+    unless,
     update_checksums,
 )
 from sceann_hil.journal.making import is_unborn, make_journal
@@ -173,7 +175,7 @@ class Journal:
             self._db.executemany(
                 f"INSERT INTO attempt ({', '.join(name for name, _ in given)}, checksum) "
                 f"VALUES ({'?, ' * len(given)}?)",
-                zip(*(_listed(column, n) for _, column in given), checksums, strict=True),
+                zip(*(listed(column, n) for _, column in given), checksums, strict=True),
             )
             self._add_to_session(attempts=n)
         self._fresh = ids, known
@@ -203,8 +205,8 @@ class Journal:
         is_void = np.isin(results.end_reasons, void) if void else None
         known, notes = self._intents(ids)
         learned: list[Column] = [
-            *(milliseconds(), [names[code] for code in codes], results.steps, _unless(is_void, results.values)),
-            *(results.hashes, final_state_texts(results.final_states), results.durations_s, _unless(is_void, fitness)),
+            *(milliseconds(), [names[code] for code in codes], results.steps, unless(is_void, results.values)),
+            *(results.hashes, final_state_texts(results.final_states), results.durations_s, unless(is_void, fitness)),
             *(circumstances.operator_s, circumstances.battery_fraction),
             [_joined(note, said) for note in notes] if notes is not None else said,
         ]
@@ -214,7 +216,7 @@ class Journal:
         with self._transaction:
             self._db.executemany(
                 f"UPDATE attempt SET {', '.join(f'{name} = ?' for name, _ in told)}, checksum = ? WHERE id = ?",
-                zip(*(_listed(column, n) for _, column in told), checksums, ids.tolist(), strict=True),
+                zip(*(listed(column, n) for _, column in told), checksums, ids.tolist(), strict=True),
             )
             self._add_to_session(
                 ended=n,
@@ -380,22 +382,6 @@ class Journal:
         if "ended" in more:
             self._session["wall_s"] = time.monotonic() - self._session_began_s
         insert_row(self._db, "session", tuple(self._session.values()), replace=True)
-
-
-def _listed(column: Column, n: int) -> Sequence[Any]:
-    """A column as Python values, for SQLite."""
-    if isinstance(column, np.ndarray):
-        return column.tolist()  # type: ignore[no-any-return]
-    if column is None or isinstance(column, int | float | str | bytes):
-        return [column] * n
-    return column
-
-
-def _unless(is_void: NDArray[np.bool_] | None, values: NDArray[np.float64] | None) -> Column:
-    """Values, and None where an attempt measured nothing."""
-    if values is None or is_void is None:
-        return values
-    return [None if nothing else value for nothing, value in zip(is_void.tolist(), values.tolist(), strict=True)]
 
 
 def _joined(before: str | None, words: str | None) -> str | None:

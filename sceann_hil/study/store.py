@@ -25,6 +25,7 @@ from sceann_hil.journal.transactions import Transactions
 from sceann_hil.journal.verify import Verdict, complaints_of_sqlite
 from sceann_hil.places import make_folder
 from sceann_hil.study.blocks import BlockResult
+from sceann_hil.study.circumstances import circumstances
 from sceann_hil.study.condition import Condition
 from sceann_hil.study.config import Study
 from sceann_hil.study.making import bring_up_to_date, create_study, identity_text, now_text, read_as_today
@@ -35,7 +36,7 @@ from sceann_hil.study.schema import (
     STUDY_NAME,
     columns_of,
 )
-from sceann_hil.versions import running_versions, version_differences
+from sceann_hil.versions import version_differences
 
 KIND = DatabaseKind("study", APPLICATION_ID, SCHEMA_VERSION, ("study", "condition", "run", "session"), "sceann study")
 
@@ -192,7 +193,15 @@ class StudyReader:
 class StudyStore(StudyReader):
     """The one writer of a study's database; opened with `begin_or_continue`."""
 
-    def __init__(self, directory: Path, workers: str, lock: RunLock, *, accept_other_versions: bool = False) -> None:
+    def __init__(
+        self,
+        directory: Path,
+        workers: str,
+        lock: RunLock,
+        versions: dict[str, str],
+        *,
+        accept_other_versions: bool = False,
+    ) -> None:
         self._lock = lock
         self._session: dict[str, Any] = {}
         path = _study_path(directory)
@@ -205,7 +214,7 @@ class StudyStore(StudyReader):
                     bring_up_to_date(db)
             super().__init__(directory, db)
             self._transaction = Transactions(db, path, Sealer(path), "study")
-            self._begin_session(workers, accept_other_versions)
+            self._begin_session(workers, versions, accept_other_versions)
         except BaseException:
             db.close()
             raise
@@ -220,7 +229,7 @@ class StudyStore(StudyReader):
             study: checked.
             directory: its folder.
             workers: who computes.
-            accept_other_versions: also on other versions than the session before.
+            accept_other_versions: also on other versions, or with other simulated bodies, than the session before.
 
         Raises:
             StudyChanged: the folder holds a study with other conditions or another seed.
@@ -235,7 +244,8 @@ class StudyStore(StudyReader):
                 create_study(study, directory)
             with StudyReader(directory) as reader:
                 _check_unchanged(reader, study)
-            return cls(directory, workers, lock, accept_other_versions=accept_other_versions)
+            versions = circumstances(condition.config for condition in study.conditions)
+            return cls(directory, workers, lock, versions, accept_other_versions=accept_other_versions)
         except BaseException:
             lock.release()
             raise
@@ -267,9 +277,9 @@ class StudyStore(StudyReader):
         self._transaction.close()
         self._lock.release()
 
-    def _begin_session(self, workers: str, accept_other_versions: bool) -> None:
+    def _begin_session(self, workers: str, now: dict[str, str], accept_other_versions: bool) -> None:
         self._started = time.monotonic()
-        sessions, now = self.sessions(), running_versions()
+        sessions = self.sessions()
         before = sessions[-1].versions if sessions else self.versions
         if (others := version_differences(before, now)) and not accept_other_versions:
             raise OtherVersions(

@@ -53,7 +53,7 @@ class StartsDrawn(Section):
         Raises:
             Misfit: how many places of those tried are free, and what stands in the way.
         """
-        refusals = [_refusal(robot, row) for row in self._rows(np.arange(_TRIED, dtype=np.uint64))]
+        refusals = _refusals(robot, self._rows(np.arange(_TRIED, dtype=np.uint64)))
         occupied = [refusal for refusal in refusals if refusal]
         if len(occupied) > (1.0 - _LEAST_FREE) * _TRIED:
             raise Misfit(
@@ -78,7 +78,7 @@ class StartsDrawn(Section):
         refusals: list[str] = []
         for number in range(MOST_DRAWS):
             starts[left] = self._rows(keys(noise[left], Purpose.START, trial[left], number))
-            refusals = [_refusal(robot, row) for row in starts[left]]
+            refusals = _refusals(robot, starts[left])
             left = left[[bool(refusal) for refusal in refusals]]
             if not len(left):
                 return starts
@@ -108,6 +108,7 @@ def needs_no_robot(drawn: StartsDrawn | None) -> None:
         raise ValueError("starts_drawn: expected build_for(robot), because the robot says which places are free")
 
 
-def _refusal(robot: RobotConfig, row: NDArray[np.float64]) -> str:
+def _refusals(robot: RobotConfig, rows: NDArray[np.float64]) -> list[str]:
     # the body of a robot in the loop knows its arena
-    return (robot.simulated or robot).refuses_start(dict(zip(START_FIELDS, row.tolist(), strict=True)))
+    body = robot.simulated or robot
+    return [body.refuses_start(dict(zip(START_FIELDS, row, strict=True))) for row in rows.tolist()]

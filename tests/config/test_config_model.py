@@ -60,7 +60,7 @@ def test_a_configuration_can_be_sent_to_another_process() -> None:
 def test_the_plugin_bases_import_nothing_of_the_framework() -> None:
     code = "import sys, sceann_hil.plugins; print(*sorted(m for m in sys.modules if m.startswith('sceann_hil')))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["sceann_hil", "sceann_hil.plugins"]
+    assert done.stdout.split() == ["sceann_hil", "sceann_hil.lazily", "sceann_hil.plugins"]
 
 
 @pytest.mark.parametrize(

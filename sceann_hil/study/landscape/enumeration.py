@@ -18,6 +18,7 @@ from sceann_hil.network.coding import Bits
 from sceann_hil.robot import Robot
 from sceann_hil.run.batch import BatchEvaluator
 from sceann_hil.seeds import Purpose, keys
+from sceann_hil.study.circumstances import circumstances
 from sceann_hil.study.landscape.files import Landscape, LandscapeWriter
 
 MAX_BITS = 26
@@ -35,6 +36,8 @@ def enumerate_landscape(
     n_threads: int,
     report: Progress = lambda *_: None,
     disk_full: Callable[[], None] = lambda: None,
+    *,
+    accept_other_versions: bool = False,
 ) -> Landscape:
     """Evaluate every genome of an experiment once, going on where an earlier attempt stopped.
 
@@ -46,10 +49,12 @@ def enumerate_landscape(
         n_threads: cores to use.
         report: told after every chunk.
         disk_full: told when the disk is full; the enumeration then waits until there is room.
+        accept_other_versions: also on other versions, or with another body, than the session before.
 
     Raises:
         ConfigError: the genome is longer than `MAX_BITS`, or the robot takes no batches.
         StudyChanged: the folder holds another landscape.
+        OtherVersions: it was begun with other versions, or another body.
     """
     check_enumerable(config)
     n = 1 << config.genome_length
@@ -58,6 +63,7 @@ def enumerate_landscape(
     todo = [int(chunk) for chunk in np.flatnonzero(landscape.done == 0)]
     if not todo:
         return landscape
+    landscape.begin_session(circumstances([config]), accept_other_versions=accept_other_versions)
     writer = LandscapeWriter(landscape)
     try:
         with config.robot.build() as robot, ThreadPoolExecutor(n_threads) as pool:

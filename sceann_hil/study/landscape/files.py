@@ -4,6 +4,7 @@
     fitness.npy      float32, shape (2**L,): fitness of genome g
     successes.npy    uint16, shape (2**L,): its trials that reached what the task asks for
     done.npy         uint8, one per chunk: 1 when the chunk is in both arrays
+    sessions.json    when it was worked on, and on which versions and bodies
     solutions.npy    int64: the genomes that succeeded in every trial (written by the analysis)
     summary.json     what the analysis found
 
@@ -12,8 +13,10 @@ All but the last are read with ``numpy.load(path, mmap_mode="r")``.
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Sequence
+from datetime import UTC, datetime
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
@@ -22,10 +25,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sceann_hil.config import ExperimentConfig, config_difference, dump_config, load_config
-from sceann_hil.errors import NotARun, RunIsDamaged, StudyChanged
+from sceann_hil.errors import NotARun, OtherVersions, RunIsDamaged, StudyChanged
 from sceann_hil.places import make_folder
+from sceann_hil.versions import version_differences
 
 _CONFIG, _FITNESS, _SUCCESSES, _DONE = "config.yaml", "fitness.npy", "successes.npy", "done.npy"
+_SESSIONS = "sessions.json"
 
 
 class Landscape:
@@ -73,6 +78,48 @@ class Landscape:
                 "Remove the folder and enumerate again.",
             )
         return landscape
+
+    def begin_session(self, now: dict[str, str], *, accept_other_versions: bool) -> None:
+        """Note on what the next chunks are computed.
+
+        Args:
+            now: see `sceann_hil.study.circumstances`.
+            accept_other_versions: also on others than the session before.
+
+        Raises:
+            OtherVersions: the session before ran on others.
+            RunIsDamaged: the file of sessions cannot be read.
+        """
+        sessions = self.sessions()
+        others = version_differences(sessions[-1]["versions"], now) if sessions else []
+        if others and not accept_other_versions:
+            raise OtherVersions(
+                f"{self.directory} would go on with other versions than before: {'; '.join(others)}.",
+                "Go on with the versions of before, choose another --out, or give --accept-versions: then "
+                f"{_SESSIONS} says which versions were used.",
+            )
+        session = {"started_at": datetime.now(UTC).isoformat(timespec="seconds"), "versions": now}
+        path = self.directory / _SESSIONS
+        unfinished = path.with_suffix(".new.json")
+        unfinished.write_text(json.dumps([*sessions, session], indent=2) + "\n", encoding="utf-8")
+        unfinished.replace(path)
+
+    def sessions(self) -> list[dict[str, Any]]:
+        """When it was worked on, and on which versions; empty for a landscape that was begun before this was noted.
+
+        Raises:
+            RunIsDamaged: the file cannot be read.
+        """
+        path = self.directory / _SESSIONS
+        if not path.exists():
+            return []
+        try:
+            sessions = json.loads(path.read_bytes())
+            if not all(isinstance(session["versions"], dict) for session in sessions):
+                raise ValueError("expected a list of sessions with their versions")
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise RunIsDamaged(f"{path} cannot be read: {error}.", "Remove the folder and enumerate again.") from None
+        return list(sessions)
 
     @cached_property
     def done(self) -> NDArray[np.uint8]:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from sceann_hil.config import ExperimentConfig, load_config, parse_config
-from sceann_hil.errors import ConfigError, NotARun, StudyChanged
+from sceann_hil.errors import ConfigError, NotARun, OtherVersions, RunIsDamaged, StudyChanged
 from sceann_hil.network.coding import Coding, genome_to_hex
 from sceann_hil.robot import Trials
 from sceann_hil.seeds import Purpose, keys
@@ -25,6 +25,7 @@ from sceann_hil.study.landscape import (
 )
 from sceann_hil.study.landscape.analysis import expected_best, solution_neighbours
 from sceann_hil.study.landscape.files import LandscapeWriter
+from sceann_hil.versions import BODIES
 
 POLE = """\
 task: {type: pole_balancing, max_steps: 30}
@@ -192,3 +193,28 @@ def test_a_full_disk_pauses_the_enumeration(tmp_path: Path, monkeypatch: pytest.
     assert told == ["full"]
     monkeypatch.undo()
     np.testing.assert_array_equal(landscape.fitness, enumerate_landscape(config, tmp_path / "roomy", 1).fitness)
+
+
+def test_a_landscape_does_not_go_on_with_other_versions_or_another_body(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    config = config_of(POLE, "controller.coding=sceann2", "controller.n_hidden=1")
+    monkeypatch.setattr(enumeration, "_TRIALS_AT_ONCE", 1 << 12)
+    monkeypatch.setattr(enumeration, "_SECONDS_BETWEEN_SYNCS", -1.0)
+
+    def stop(done: int, n: int) -> None:
+        raise Interrupted
+
+    with pytest.raises(Interrupted):
+        enumerate_landscape(config, tmp_path / "l", 1, stop)
+    versions = enumeration.circumstances([config])
+    for changed in ("numba", BODIES):
+        monkeypatch.setattr(enumeration, "circumstances", lambda _, changed=changed: versions | {changed: "other"})
+        with pytest.raises(OtherVersions, match=f"{changed}: .* before, other now"):
+            enumerate_landscape(config, tmp_path / "l", 1)
+    whole = enumerate_landscape(config, tmp_path / "l", 1, accept_other_versions=True)
+    assert whole.is_complete
+    assert [session["versions"][BODIES] for session in whole.sessions()] == [versions[BODIES], "other"]
+    (tmp_path / "l" / "sessions.json").write_text("[{]")
+    with pytest.raises(RunIsDamaged, match=r"sessions.json cannot be read"):
+        whole.sessions()
