@@ -75,10 +75,12 @@ CALLS = {
     "report": "report PLACE --out NEW",
     "list": "list",
     "schema": "schema",
-    "virtual": "virtual posix CONFIG --port NEW/port --write NEW/robot.yaml",
+    "virtual": "virtual posix CONFIG --port NEW --write NEW.yaml",
 }
 """How each is called. RUN is the folder of a run, PLACE that of a study, NEW what is to be made."""
 ON_A_RUN = {name: line for name, line in CALLS.items() if " RUN" in line and name != "runs"}
+WITHOUT_END = {"virtual"}
+"""These work until Ctrl-C."""
 OF_STUDIES = {
     "study": CALLS["study"],
     "runs": "runs PLACE",
@@ -101,8 +103,10 @@ class Surroundings:
 
     def calls(self, lines: dict[str, str], new: Path | None = None, *, closed: bool = False) -> list[Call]:
         """Calls as they are typed in the folder."""
+        new = new or self.folder
         return [
-            Call(self._words(line, name, new or self.folder), str(self.folder), closed) for name, line in lines.items()
+            Call(self._words(line, name, new), str(self.folder), closed, interrupt_after_s=4.0 * (name in WITHOUT_END))
+            for name, line in lines.items()
         ]
 
     def _words(self, line: str, name: str, new: Path) -> list[str]:
