@@ -5,7 +5,6 @@ Files are whole or absent, so a recorder can be killed at any moment and started
 
 from __future__ import annotations
 
-import shutil
 import tempfile
 import time
 from collections import deque
@@ -113,8 +112,7 @@ class Recorder:
     def _prepare(self) -> None:
         """Screens and scenery, and nothing left of a recorder that was killed."""
         paths, run = self._paths, self._run
-        for leftover in (*paths.folder.rglob(".*.part"), *paths.folder.glob(".parts-*")):
-            shutil.rmtree(leftover) if leftover.is_dir() else leftover.unlink()
+        rrd.remove_leftovers(paths.folder)
         with rrd.replacing(paths.scenery) as part:
             rrd.write_recording(part, chunks.shared_chunks(run), application_id=run.experiment, recording_id="scenery")
         with rrd.replacing(paths.overview_start) as part:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import shutil
 import subprocess
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
@@ -121,6 +122,15 @@ def _no_room(path: Path) -> DiskFull:
         f"The disk is full: {path.parent} cannot take more recordings.",
         "Free some space, then `sceann record DIR` makes the missing ones. The run itself is not harmed.",
     )
+
+
+def remove_leftovers(folder: Path) -> None:
+    """What a process that was killed while it wrote has left: parts of files, and digests of files that never came."""
+    for leftover in (*folder.rglob(".*.part"), *folder.glob(".parts-*")):
+        shutil.rmtree(leftover) if leftover.is_dir() else leftover.unlink()
+    for digest in folder.rglob(".*.sha256"):
+        if not digest.with_name(digest.name[1:].removesuffix(".sha256")).exists():
+            digest.unlink()
 
 
 def _digest_path(path: Path) -> Path:

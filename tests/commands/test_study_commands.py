@@ -43,7 +43,7 @@ def test_progress_is_told_per_condition_with_an_eta(folder: Path) -> None:
     told = sceann("study", "small.yaml", "--workers", 1, "--out", "again", cwd=folder).stderr
     assert "2 conditions, 0 of them done; 12 runs to do" in told
     assert "[1/2] n_sensors=2: 6 runs, mean best fitness" in told
-    assert "ETA 0:00:0" in told
+    assert "; ETA " in told
 
 
 def test_a_finished_study_is_not_computed_again(folder: Path) -> None:
@@ -138,8 +138,9 @@ def test_a_condition_that_is_not_there_is_refused(folder: Path) -> None:
 def test_report_names_its_files(folder: Path) -> None:
     done = sceann("report", "studies", cwd=folder)
     assert done.returncode == 0, done.stderr
-    assert done.stdout.splitlines() == ["studies/report/reproduction.md", "studies/report/reproduction.html"]
-    assert "## Study small" in (folder / "studies" / "report" / "reproduction.md").read_text(encoding="utf-8")
+    assert done.stdout.splitlines() == ["studies/report/report.md", "studies/report/report.html"]
+    text = (folder / "studies" / "report" / "report.md").read_text(encoding="utf-8")
+    assert text.startswith("# small\n\nStudy `small`: 2 conditions, 6 runs each")
 
 
 def test_report_refuses_a_folder_without_studies(folder: Path) -> None:

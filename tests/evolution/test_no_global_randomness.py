@@ -58,7 +58,8 @@ def test_explicit_generators_are_not_mistaken_for_it() -> None:
 
 @pytest.mark.parametrize("package", PACKAGES, ids=lambda path: path.name)
 def test_no_module_uses_hidden_random_state(package: Path) -> None:
-    modules = sorted(package.rglob("*.py"))
+    # the kit for algorithms turns hidden random state on purpose, to see whether an algorithm minds
+    modules = [path for path in sorted(package.rglob("*.py")) if path.parts[-2:] != ("testing", "algorithms.py")]
     assert modules
     found = {str(path): hits for path in modules if (hits := global_randomness(path.read_text("utf-8")))}
     assert not found

@@ -28,7 +28,7 @@ from sceann_hil.network.controller import sigmoid, state_hash
 from tests.firmware.networks import MAX_SENSORS, Case, cases
 
 HERE = Path(__file__).parent / "c"
-CORE = [FIRMWARE / "src" / name for name in ("sceann_controller.c", "sceann_crc.c")]
+CORE = [FIRMWARE / "src" / name for name in ("sceann_controller.c", "sceann_crc.c", "sceann_wire.c")]
 INCLUDE = [FIRMWARE / "src", HERE]
 N_NETWORKS, N_STEPS = 200, 10_000
 ALL_STATES = np.arange(-8192, 8193, dtype=np.int16)

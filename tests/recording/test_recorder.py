@@ -44,6 +44,11 @@ def test_every_trial_of_every_generation_is_recorded(run: Path) -> None:
 def test_nothing_but_the_recordings_is_left(run: Path) -> None:
     record(run)
     names = sorted(p.relative_to(run).as_posix() for p in (run / "recording").rglob("*") if p.is_file())
+    digests = [name for name in names if name.endswith(".sha256")]
+    names = [name for name in names if name not in digests]
+    assert sorted(name.replace("/.", "/").removesuffix(".sha256") for name in digests) == [
+        name for name in names if name.endswith((".rrd", ".rbl"))
+    ]
     numbers = ("g000.rrd", "g001.rrd", "g002.rrd")
     assert names == sorted(
         [
@@ -151,7 +156,8 @@ def test_a_recorder_that_is_killed_at_any_moment_can_be_started_again(goal_reach
         record(run)
         assert counts(run) == {0: 12, 1: 12, 2: 12}
         assert rrd.check(paths.run, "") == 1
-        assert not [p for p in paths.folder.rglob("*") if p.name.startswith(".")]
+        hidden = [p for p in paths.folder.rglob("*") if p.name.startswith(".")]
+        assert all(p.suffix == ".sha256" and p.with_name(p.name[1:-7]).exists() for p in hidden)
     assert interrupted, "no recorder was killed in the middle of its work"
 
 
