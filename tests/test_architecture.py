@@ -22,6 +22,7 @@ ROOMS = (
         "places",
         "seeds",
         "derived",
+        "guarded",
         "plugins",
         "registry",
         "versions",

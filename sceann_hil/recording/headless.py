@@ -13,6 +13,7 @@ from pathlib import Path
 from rerun.experimental import ViewerClient
 
 from sceann_hil.errors import ViewerUnavailable
+from sceann_hil.guarded import guarded
 from sceann_hil.recording.display import NO_DISPLAY
 from sceann_hil.recording.rrd import VIEWER, quiet_environment
 
@@ -37,33 +38,19 @@ def headless_viewer(*sources: str | Path, window: tuple[int, int] = (1600, 900))
         log = Path(private) / "viewer.log"
         port = _free_port()
         size = f"{window[0]}x{window[1]}"
-        with log.open("wb") as output:
-            process = subprocess.Popen(
-                [
-                    VIEWER,
-                    "--headless",
-                    "--hide-welcome-screen",
-                    *LOCAL,
-                    "--port",
-                    str(port),
-                    "--window-size",
-                    size,
-                    *sources,
-                ],
-                env={**quiet_environment(), "XDG_RUNTIME_DIR": private},
-                stdin=subprocess.DEVNULL,
-                stdout=output,
-                stderr=subprocess.STDOUT,
-            )
-        try:
+        command = [
+            str(VIEWER),
+            "--headless",
+            "--hide-welcome-screen",
+            *LOCAL,
+            "--port",
+            str(port),
+            "--window-size",
+            size,
+        ]
+        environment = {**quiet_environment(), "XDG_RUNTIME_DIR": private}
+        with log.open("wb") as output, guarded([*command, *map(str, sources)], output, environment) as process:
             yield _connected(process, port, log)
-        finally:
-            process.terminate()
-            try:
-                process.wait(20.0)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
 
 
 def complaints(client: ViewerClient) -> dict[str, list[str]]:

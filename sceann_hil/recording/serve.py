@@ -24,6 +24,7 @@ from tornado.netutil import bind_sockets
 from tornado.simple_httpclient import SimpleAsyncHTTPClient
 
 from sceann_hil.errors import PanelUnavailable, ViewerUnavailable
+from sceann_hil.guarded import guarded
 from sceann_hil.recording.headless import LOCAL, explain_failure
 from sceann_hil.recording.rrd import VIEWER, quiet_environment
 from sceann_hil.supervision.operators.web.access import Access, in_a_link, is_local, reachable_host
@@ -171,15 +172,8 @@ def _viewer_page(source: str) -> Iterator[tuple[int, int]]:
         environment = quiet_environment()
         environment["RUST_LOG"] = f"{environment.get('RUST_LOG', 'error')},re_sdk::web_viewer=info,re_grpc_server=info"
         command = [str(VIEWER), "--serve-web", *LOCAL, "--port", "auto", "--web-viewer-port", "0", source]
-        with log.open("wb") as output:
-            process = subprocess.Popen(
-                command, env=environment, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT
-            )
-        try:
+        with log.open("wb") as output, guarded(command, output, environment) as process:
             yield _ports(process, log, needs_data=not source.startswith("rerun"))
-        finally:
-            process.terminate()
-            process.wait()
 
 
 def _ports(process: subprocess.Popen[bytes], log: Path, *, needs_data: bool) -> tuple[int, int]:

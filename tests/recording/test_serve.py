@@ -7,6 +7,7 @@ import re
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -42,6 +43,18 @@ def served(run: Path, *arguments: str) -> Iterator[tuple[subprocess.Popen[str], 
     finally:
         process.kill()
         process.wait(20)
+        # rerun's servers end with it, however it ends
+        deadline = time.monotonic() + 20.0
+        while _viewers_of(run) and time.monotonic() < deadline:
+            time.sleep(0.1)
+        assert not _viewers_of(run)
+
+
+def _viewers_of(run: Path) -> list[str]:
+    """Rerun's servers that still serve a recording of this run."""
+    lines = [path.read_bytes() for path in Path("/proc").glob("[0-9]*/cmdline") if path.exists()]
+    shown = [line.replace(b"\0", b" ").decode(errors="replace") for line in lines]
+    return [line for line in shown if "--serve-web" in line and str(run) in line and "keeper" not in line]
 
 
 def ask(link: str, path: str, cookie: str = "", method: str = "GET") -> tuple[int, bytes, http.client.HTTPMessage]:

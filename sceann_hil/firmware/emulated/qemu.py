@@ -13,8 +13,8 @@ from types import TracebackType
 from typing import Self
 
 from sceann_hil.firmware.build import Board, build_board, find_tool
-from sceann_hil.firmware.emulated.guarded import GuardedProcess
 from sceann_hil.firmware.emulated.sockets import SocketLine
+from sceann_hil.guarded import GuardedProcess
 
 MACHINES = {Board.LM3S6965: "lm3s6965evb", Board.STM32F405: "netduinoplus2", Board.MICROBIT: "microbit"}
 EEPROM_BYTES = 4096
