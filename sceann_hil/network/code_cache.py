@@ -62,7 +62,9 @@ class CodeCache(_Cache):
     def save_overload(self, sig: Any, data: Any) -> None:
         if self._enabled and not _has_dynamic_globals(data) and all(loop.can_cache for loop in data.lifted):
             dumps: Any = serialize.dumps
-            derived.write(self._path(sig, data.codegen), dumps(data._reduce()))
+            # Numba has no object code to give where another thread compiles the same function at this moment
+            with contextlib.suppress(RuntimeError):
+                derived.write(self._path(sig, data.codegen), dumps(data._reduce()))
 
     def enable(self) -> None:
         self._enabled = True

@@ -43,7 +43,7 @@ def test_it_is_read_and_goes_on_with_the_same_numbers(old: Path) -> None:
 def test_other_versions_are_refused_unless_they_are_asked_for(old: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     study = parse_study(SMALL, "s")
     StudyStore.begin_or_continue(study, old, "one", accept_other_versions=True).close()
-    monkeypatch.setattr("sceann_hil.study.store.running_versions", lambda: {"sceann-hil": "99", "numpy": "1"})
+    monkeypatch.setattr("sceann_hil.study.store.circumstances", lambda _: {"sceann-hil": "99", "numpy": "1"})
     with pytest.raises(OtherVersions, match=r"sceann-hil: .* before, 99 now"):
         StudyStore.begin_or_continue(study, old, "another")
     with StudyStore.begin_or_continue(study, old, "another", accept_other_versions=True) as store:

@@ -178,7 +178,13 @@ def test_nonsense_is_refused(panel: WebPanel, body: object) -> None:
 
 
 def test_a_body_without_end_is_not_read(panel: WebPanel) -> None:
-    assert post(panel, {"verb": "finish"}, {"Content-Length": "99999999", **cookie_of(panel)})[0] == 400
+    try:
+        status = post(panel, {"verb": "finish"}, {"Content-Length": "99999999", **cookie_of(panel)})[0]
+    except ConnectionResetError:
+        # the server has closed the line with a part of the body unread; its answer may be lost with that
+        status = 400
+    assert status == 400
+    assert not panel.desk.said()
 
 
 @pytest.mark.parametrize("text", ["\ud800", "a\udfffb", "\udc80\udcff"])
