@@ -112,6 +112,10 @@ class RobotLink(RobotLine):
     def _hello(self) -> Descriptor:
         with self._lock:
             self.let_go()
+            # what another host on this bus was told before is no answer to us, though its number may be the same
+            deadline = self.now_s() + REPLY_S
+            while self.now_s() < deadline and self.receive(0.0) is not None:
+                pass
             self.request(Op.HELLO, hello_arguments(ARITHMETIC_ID), tries=1)
             pages, ids = self._descriptor_pages()
             if len(ids) > 1:

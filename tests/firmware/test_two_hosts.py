@@ -67,6 +67,16 @@ class TestOnCan:
         first.close()
         second.close()
 
+    def test_what_another_host_was_told_is_not_taken_for_an_answer(self, channel: str) -> None:
+        """Regression: one time in sixteen the number of another host's request was the same as ours."""
+        first, second = host(channel, 1), host(channel, 2)
+        first._sequence = second._sequence = 3
+        first.hello()
+        with first.exclusive(), pytest.raises(LinkError, match="another host"):
+            second.hello(patience_s=0.0)
+        first.close()
+        second.close()
+
     @pytest.mark.parametrize("op", COMMANDS)
     def test_a_host_whose_robot_was_taken_over_has_no_session(self, channel: str, op: Op) -> None:
         first, second = host(channel, 1), host(channel, 2)
