@@ -69,6 +69,10 @@ class RobotLink(RobotLine):
             self._sequence = (self._sequence + 1) % 16
             command = pack_command(op, self._sequence, self.session, arguments)
             patience_s = STORE_REPLY_S if op is Op.STORE else REPLY_S
+            # what another host on this bus was told before is no answer to us, though its number may be the same
+            heard_until_s = self.now_s() + REPLY_S
+            while self.now_s() < heard_until_s and self.receive(0.0) is not None:
+                pass
             for attempt in range(tries):
                 self.statistics.retries += attempt > 0
                 sent_s = self.now_s()
@@ -112,10 +116,6 @@ class RobotLink(RobotLine):
     def _hello(self) -> Descriptor:
         with self._lock:
             self.let_go()
-            # what another host on this bus was told before is no answer to us, though its number may be the same
-            deadline = self.now_s() + REPLY_S
-            while self.now_s() < deadline and self.receive(0.0) is not None:
-                pass
             self.request(Op.HELLO, hello_arguments(ARITHMETIC_ID), tries=1)
             pages, ids = self._descriptor_pages()
             if len(ids) > 1:
