@@ -33,6 +33,23 @@ def shown_progress(last_generation: int) -> Iterator[Callable[[Progress], None]]
         yield report
 
 
+@contextmanager
+def shown_preparation() -> Iterator[Callable[[str, int, int], None]]:
+    """A function to report to of what is prepared before a run: what, how much is done, how much there is."""
+    if not in_notebook():
+        from rich.console import Console
+
+        from sceann_hil.commands.progress import show_preparation
+
+        with show_preparation(Console(stderr=True, highlight=False)) as report:
+            yield report
+        return
+    from IPython.display import display
+
+    cell = display(_Bar(0, 1, "preparing"), display_id=True)  # type: ignore[no-untyped-call]
+    yield lambda what, done, total: cell.update(_Bar(done, max(total, 1), f"{what}: {done} of {total}"))
+
+
 def _in_a_cell() -> Callable[[Progress], None]:
     from IPython.display import display
 
