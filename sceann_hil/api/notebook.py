@@ -6,7 +6,7 @@ import html
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from sceann_hil.run.experiment import Progress
@@ -46,8 +46,17 @@ def shown_preparation() -> Iterator[Callable[[str, int, int], None]]:
         return
     from IPython.display import display
 
-    cell = display(_Bar(0, 1, "preparing"), display_id=True)  # type: ignore[no-untyped-call]
-    yield lambda what, done, total: cell.update(_Bar(done, max(total, 1), f"{what}: {done} of {total}"))
+    cells: list[Any] = []
+
+    def report(what: str, done: int, total: int) -> None:
+        bar = _Bar(done, max(total, 1), f"{what}: {done} of {total}")
+        if cells:
+            cells[0].update(bar)
+        else:
+            # most algorithms prepare nothing, and show nothing
+            cells.append(display(bar, display_id=True))  # type: ignore[no-untyped-call]
+
+    yield report
 
 
 def _in_a_cell() -> Callable[[Progress], None]:
