@@ -36,14 +36,18 @@ def shown_progress(last_generation: int) -> Iterator[Callable[[Progress], None]]
 @contextmanager
 def shown_preparation() -> Iterator[Callable[[str, int, int], None]]:
     """A function to report to of what is prepared before a run: what, how much is done, how much there is."""
-    if not in_notebook():
-        from rich.console import Console
-
-        from sceann_hil.commands.progress import show_preparation
-
-        with show_preparation(Console(stderr=True, highlight=False)) as report:
-            yield report
+    if in_notebook():
+        yield _prepared_in_a_cell()
         return
+    from rich.console import Console
+
+    from sceann_hil.commands.progress import show_preparation
+
+    with show_preparation(Console(stderr=True, highlight=False)) as report:
+        yield report
+
+
+def _prepared_in_a_cell() -> Callable[[str, int, int], None]:
     from IPython.display import display
 
     cells: list[Any] = []
@@ -56,7 +60,7 @@ def shown_preparation() -> Iterator[Callable[[str, int, int], None]]:
             # most algorithms prepare nothing, and show nothing
             cells.append(display(bar, display_id=True))  # type: ignore[no-untyped-call]
 
-    yield report
+    return report
 
 
 def _in_a_cell() -> Callable[[Progress], None]:
