@@ -9,10 +9,18 @@ import json
 from collections.abc import Iterator
 from typing import Annotated, Any, NoReturn, Self
 
-from pydantic import AfterValidator, Field, SerializeAsAny, ValidationError, field_validator, model_validator
+from pydantic import (
+    AfterValidator,
+    Field,
+    SerializeAsAny,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 
 from sceann_hil.errors import PluginError
-from sceann_hil.plugins import RobotConfig, Section
+from sceann_hil.plugins import RobotConfig, Section, TaskConfig
 
 
 class UniformRange(Section):
@@ -89,27 +97,32 @@ class UncertaintyConfig(Section):
     """Simulated robots that are drawn."""
     body: SerializeAsAny[RobotConfig] | None = None
     """The simulated body that they are drawn around; by default the robot's own one."""
+    task: SerializeAsAny[TaskConfig] | None = None
+    """What the simulated robots do, where they cannot begin like the real one; by default its own task. Its fitness has
+    the same scale, and it has as many trials, or one that stands for all of them."""
     keys: Annotated[dict[str, Range], AfterValidator(Keys)] = Field(default_factory=Keys)
     """By key of the body's section, such as gap.motor_gain, radius_m or world.infrared.range_m: a number,
     {uniform: [smallest, largest]}, {normal: [mean, deviation]}, {scaled: [smallest, largest factor]} or
     {shifted: [smallest, largest number added]}."""
 
-    @field_validator("body", mode="before")
+    @field_validator("body", "task", mode="before")
     @classmethod
-    def _load_body(cls, value: Any) -> Any:
+    def _load_plugin(cls, value: Any, info: ValidationInfo) -> Any:
         # the registry knows the plug-ins, and imports this package's neighbours
         from sceann_hil import registry
 
         if not isinstance(value, dict):
             return value
+        group = registry.Group.ROBOTS if info.field_name == "body" else registry.Group.TASKS
         try:
-            model = registry.load(registry.Group.ROBOTS, str(value.get("type")))
+            model = registry.load(group, str(value.get("type")))
             return model.model_validate_json(json.dumps(value))
         except PluginError as error:
-            raise ValueError(f"body.type: {error.message}") from error
+            raise ValueError(f"{info.field_name}.type: {error.message}") from error
         except ValidationError as error:
             first = error.errors()[0]
-            raise ValueError(f"body.{'.'.join(map(str, first['loc']))}: {first['msg']}") from error
+            where = ".".join(map(str, (info.field_name, *first["loc"])))
+            raise ValueError(f"{where}: {first['msg']}") from error
 
     @field_validator("keys", mode="before")
     @classmethod

@@ -37,7 +37,6 @@ from sceann_hil.run.transfer.state import Verdict
 ROOT = Path(__file__).parents[2]
 ROBOTS = 30
 POLES = 12
-GA_RUNS = 3
 MARKS = (0, 4, 8, 12, 16, 24, 32, 40)
 TRANSFER = {"type": "transfer", "least_gain": 0.0}
 GAP_ONLY = {"radius_m": 0.0275, "sensor_half_width_deg": 15.0, "sensor_reference_m": 0.05, "motion_noise": 0.1}
@@ -68,6 +67,8 @@ class Row:
         equal_by: trials within which it shall equal the GA; None if that is only reported.
         better_by: by how much its fitness shall be above the GA's after all trials, with an interval above 0; 0 for
             not worse: the interval is above -5 % of the GA's fitness.
+        robots: how many.
+        ga_runs: of the GA on each.
     """
 
     name: str
@@ -77,6 +78,8 @@ class Row:
     population: int = 25
     equal_by: int | None = None
     better_by: float = 0.0
+    robots: int = ROBOTS
+    ga_runs: int = 3
 
 
 def goal_robot(r: np.random.Generator) -> dict[str, Any]:
@@ -115,6 +118,17 @@ def in_a_world(robot: dict[str, Any], r: np.random.Generator) -> dict[str, Any]:
     return data
 
 
+def mujoco_cart(robot: dict[str, Any], r: np.random.Generator) -> dict[str, Any]:
+    """MuJoCo's cart, whose sensors and motor are not quite as they should be."""
+    sensors = []
+    for one in robot["sensors"]:
+        span = (one["at_1"] - one["at_0"]) / r.normal(1.0, 0.02)
+        at_0 = one["at_0"] - r.normal(0.0, 0.005) * span
+        sensors.append({**one, "at_0": float(at_0), "at_1": float(at_0 + span)})
+    force = 3.0 * float(r.uniform(0.7, 1.0))
+    return {**robot, "sensors": sensors, "motors": [{"at_0": -force, "at_1": force}]}
+
+
 def _gap(r: np.random.Generator, n_sensors: int) -> dict[str, Any]:
     return {
         "sensor_offset": r.normal(0.0, 0.01, n_sensors).tolist(),
@@ -151,7 +165,14 @@ def rows() -> dict[str, Callable[[Path | None], list[Figure]]]:
     for place, task in enumerate(("avoidance", "phototaxis")):
         row = _with_walls(task, 502_000 + 1000 * place)
         found[task] = lambda _, row=row: _row(row, None)  # type: ignore[misc]  # a default that is bound here
+    found["cart"] = lambda _: _row(_cart(), None)
     return found
+
+
+def _cart() -> Row:
+    config = load_config(ROOT / "configs" / "gymnasium" / "transfer_to_mujoco.yaml")
+    body = config.robot.model_dump(mode="json")
+    return Row("MuJoCo's cart", config, lambda r: mujoco_cart(body, r), 504_000, 50, robots=10, ga_runs=1)
 
 
 def _with_walls(task: str, first_seed: int) -> Row:
@@ -184,14 +205,14 @@ def _row(row: Row, figure: Path | None) -> list[Figure]:
     mean = ensemble.mean.mean(axis=1)
     variance = np.maximum(ensemble.fitness.mean(axis=2).var(axis=0).astype(np.float64), 1e-4)
     robots, seconds = [], []
-    for number in range(ROBOTS):
+    for number in range(row.robots):
         seed = row.first_seed + number
         robot = robot_of(config, row.robot(np.random.default_rng(seed)), seed)
         seconds += transfer(robot, algorithm, TRIALS)[2]
         thompson(robot, state.candidates, (mean, variance, ensemble.spread))
         in_turn(robot, state.candidates, mean)
         length = config.genome_length
-        scratch = [genetic(robot, length, None, seed * 10 + i, row.population) for i in range(GA_RUNS)]
+        scratch = [genetic(robot, length, None, seed * 10 + i, row.population) for i in range(row.ga_runs)]
         robot.curves["GA"] = np.mean(scratch, axis=0).tolist()
         best = state.candidates[np.argsort(-mean)[: row.population]]
         robot.curves["evolve --from"] = genetic(robot, length, best, seed * 10 + 9, row.population)
@@ -202,7 +223,7 @@ def _row(row: Row, figure: Path | None) -> list[Figure]:
     goal = np.array([robot.curves["GA"][-1] for robot in robots])
     return [
         Figure(f"{name}: preparation", f"{took:.0f} s, {cpu_s:.0f} s of CPU (0 if it was in the cache)", "< 180 s"),
-        Figure(f"{name}: GA after 10,200 trials on the robot", f"{goal.mean():.3f} ({ROBOTS} robots)"),
+        Figure(f"{name}: GA after 10,200 trials on the robot", f"{goal.mean():.3f} ({row.robots} robots)"),
         *_compared(row, robots, goal),
         Figure(
             f"{name}: one decision",

@@ -50,11 +50,16 @@ def draw_robots(body: RobotConfig, keys: Mapping[str, Range], count: int) -> Dra
         count: M.
 
     Raises:
-        ConfigError: the body has no such key, or a range is wider than the body allows.
+        ConfigError: the body has no such key, nothing is drawn, or a range is wider than the body allows.
     """
     ranges = ranges_of(body, dict(keys))
     draw = _Draw(body, ranges)
     draw.check()
+    if not draw.names:
+        raise ConfigError(
+            f"uncertainty.keys: nothing of robot {body.type} is drawn, so all simulated robots are the same.",
+            "Nothing was started. Say what nobody knows of the robot, such as radius_m: {scaled: [0.9, 1.1]}.",
+        )
     robots = [draw.robot(number) for number in range(count)]
     return DrawnRobots(draw.names, np.array([values for values, _ in robots]), tuple(one for _, one in robots))
 
