@@ -62,10 +62,10 @@ def test_fitness_is_the_mean_of_the_formula_over_the_steps(formula: Formula) -> 
 @pytest.mark.parametrize(
     ("name", "golden"),
     [
-        ("avoidance", "a5fea3434baa042f"),
+        ("avoidance", "23dfd0a4356003f9"),
         ("phototaxis", "730ded3145df2ac2"),
         ("line_following", "d23ee62fd1c9d9d6"),
-        ("wall_following", "0a0587edc9176aae"),
+        ("wall_following", "80081c27fc43ed4e"),
         ("homing", "46a2c9e5e62f0396"),
     ],
 )
