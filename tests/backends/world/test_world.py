@@ -84,7 +84,7 @@ def test_infrared_reads_the_distance_to_whatever_is_nearest(make_trials: MakeTri
 def test_a_ray_along_the_arena_s_walls_meets_what_is_ahead_and_nothing_else(
     degrees: float, make_trials: MakeTrials
 ) -> None:
-    """Regression: a sensor that looked exactly along a wall read contact, in the first step of every start at 0 degrees."""
+    """Regression: a sensor that looked exactly along a wall read contact, as in starts at 0 and 180 degrees."""
     sensor = Infrared((RADIUS, 0.0), 0.0, 0.45)
     robot = WorldDrive(World(ARENA), Senses((sensor,)), MOTION, 0.1)
     (trace,) = traces_of(robot, make_trials, 1, start=(0.5, 0.4, np.deg2rad(degrees)))
