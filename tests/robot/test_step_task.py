@@ -250,7 +250,7 @@ def replace_starts(task: StepTask, starts: list[list[float]]) -> StepTask:
         (lambda: step_value(float), "expected a function of sensors, motors and state"),
         (lambda: step_value(_knots), "expected the arguments sensors, motors and state, got sensors"),
         (lambda: _task(_nan), "expected a function made by step_value"),
-        (lambda: _task(avoid, "median"), "combine: expected mean, sum, min, max, last, got 'median'"),
+        (lambda: _task(avoid, "median"), "combine: expected mean, mean_of_all, sum, min, max, last, got 'median'"),
     ],
 )
 def test_a_task_that_cannot_be_meant_is_refused(make: Callable[[], object], message: str) -> None:
@@ -274,7 +274,7 @@ def test_the_fitness_so_far_ends_at_the_fitness(combine: str) -> None:
         values = task.accumulation.of_steps(trace, 2)
         so_far = task.accumulation.so_far(values)
         assert so_far[-1] == task.fitness(results)[i]
-        assert so_far[0] == values[0]
+        assert so_far[0] == (values[0] / task.max_steps if combine == Combine.MEAN_OF_ALL else values[0])
 
 
 def _too_far_when_bright(sensors: Floats, motors: Floats, state: Floats) -> float:
