@@ -100,142 +100,6 @@ def _advance(
         end_reasons[lane] = np.int32(_OUT) if abs(x) > parameters[_TRACK] else end
 
 
-class CartPole(SimulatedRobot):
-    """Cart and pole on a track. One motor: force = largest force (2 m - 1).
-
-    Args:
-        n_sensors: 2 for position and angle, 4 for these and their velocities.
-        tick_s: control step.
-        integrator: which Euler method.
-        velocity_range_m_s: cart velocities from minus to plus this scale to [0, 1].
-        angular_velocity_range_rad_s: the same for the pole.
-        cart_kg: mass of the cart.
-        pole_kg: mass of the pole, an even rod.
-        pole_half_length_m: from its pivot to its middle.
-        largest_force_n: on the cart, at motor values 0 and 1.
-        track_m: from the middle to each end.
-        largest_angle_deg: from upright; beyond, the pole has fallen.
-        cart_friction_n_s_m: force against the cart's motion, by its speed.
-        pole_friction_n_m_s: torque against the pole's turning, by its rate.
-        gap: the body's imperfections.
-        threads: cores to use; None for all.
-    """
-
-    sense = staticmethod(_sense)
-    advance = staticmethod(_advance)
-    neutral_motor = 0.5
-
-    def __init__(
-        self,
-        n_sensors: int = 2,
-        tick_s: float = 0.02,
-        integrator: Integrator = Integrator.EULER,
-        velocity_range_m_s: float = 3.0,
-        angular_velocity_range_rad_s: float = 3.5,
-        cart_kg: float = 1.0,
-        pole_kg: float = 0.1,
-        pole_half_length_m: float = 0.5,
-        largest_force_n: float = 10.0,
-        track_m: float = 2.4,
-        largest_angle_deg: float = LARGEST_ANGLE_DEG,
-        cart_friction_n_s_m: float = 0.0,
-        pole_friction_n_m_s: float = 0.0,
-        gap: Gap = Gap(),  # noqa: B008
-        threads: int | None = None,
-    ) -> None:
-        super().__init__(gap, threads)
-        if n_sensors not in (2, 4):
-            raise ValueError(f"n_sensors: expected 2 (x, angle) or 4 (and their velocities), got {n_sensors}")
-        self._spec = RobotSpec(
-            name="cartpole",
-            n_sensors=n_sensors,
-            n_motors=1,
-            tick_s=tick_s,
-            start_fields=("x_m", "velocity_m_s", "angle_rad", "angular_velocity_rad_s"),
-            state_fields=("x_m", "velocity_m_s", "angle_rad", "angular_velocity_rad_s"),
-            noise_free=gap.is_none,
-        )
-        self._parameters = (
-            tick_s,
-            float(integrator is Integrator.SEMI_IMPLICIT_EULER),
-            velocity_range_m_s,
-            angular_velocity_range_rad_s,
-            largest_force_n,
-            cart_kg + pole_kg,
-            pole_kg,
-            pole_kg * pole_half_length_m,
-            pole_half_length_m,
-            track_m,
-            np.deg2rad(largest_angle_deg),
-            cart_friction_n_s_m,
-            pole_friction_n_m_s,
-        )
-        self._drawing = _drawing(track_m, 2.0 * pole_half_length_m, float(np.deg2rad(largest_angle_deg)))
-
-    @property
-    def spec(self) -> RobotSpec:
-        return self._spec
-
-    @property
-    def drawing(self) -> Drawing:
-        return self._drawing
-
-    @cached_property
-    def parameters(self) -> NDArray[np.float32]:
-        return np.array(self._parameters, np.float32)
-
-
-def _drawing(end: float, length: float, limit: float) -> Drawing:
-    """Cart and pole from the side, the track's ends, and the angles at which the pole has fallen."""
-    rail_y = -0.11
-    posts = (Strip(((s * end, rail_y - 0.1), (s * end, 0.15)), 0.024, Look.WALL) for s in (-1.0, 1.0))
-    marks = (
-        Strip(((x, rail_y), (x, rail_y - 0.05)), 0.01, Look.MARK)
-        for x in (np.arange(np.ceil(-end / 0.5), np.floor(end / 0.5) + 1) * 0.5).tolist()
-    )
-    rays = (
-        Strip(((0.0, 0.0), (1.15 * length * float(np.sin(a)), 1.15 * length * float(np.cos(a)))), 0.012, Look.LIMIT)
-        for a in (-limit, limit)
-    )
-    cart = Part(
-        "cart",
-        (
-            *rays,
-            Strip(((-0.16, 0.0), (0.16, 0.0)), 0.15, Look.CART),
-            Disc((-0.12, -0.07), 0.035, Look.MARK),
-            Disc((0.12, -0.07), 0.035, Look.MARK),
-        ),
-        x="x_m",
-        arrow=Arrow(motor=0, length_m=0.6),
-        curves=(Curve("x [m]", "x_m"), Curve("speed [m/s]", "velocity_m_s")),
-    )
-    to_deg = 180.0 / np.pi
-    pole = Part(
-        "pole",
-        (
-            Strip(((0.0, 0.0), (0.0, length)), 0.044, Look.BODY),
-            Disc((0.0, length), 0.045, Look.TIP),
-            Disc((0.0, 0.0), 0.03, Look.WALL),
-        ),
-        turn="angle_rad",
-        clockwise=True,
-        on="cart",
-        curves=(
-            Curve("angle [deg]", "angle_rad", to_deg),
-            Curve("rate [10 deg/s]", "angular_velocity_rad_s", to_deg / 10.0),
-        ),
-    )
-    return Drawing(
-        title="Cart and pole",
-        bounds_m=(-end - 0.2, end + 0.2, -0.35 * length, 1.35 * length),
-        fixed=(Strip(((-end, rail_y), (end, rail_y)), 0.024, Look.WALL), *posts, *marks),
-        parts=(cart, pole),
-        swing=Swing("Pole angle over time", "angle_rad", limit, f"{np.rad2deg(limit):.0f}°"),
-        sensor_names=("x", "angle", "speed", "rate"),
-        motor_names=("force",),
-    )
-
-
 _USUAL: Mapping[str, Any] = {
     "gap.sensor_offset": {"normal": [0.0, 0.005]},
     "gap.sensor_gain": {"normal": [1.0, 0.02]},
@@ -293,5 +157,117 @@ class CartPoleConfig(RobotConfig):
         return self.build().spec
 
     def build(self) -> CartPole:
-        settings = {name: getattr(self, name) for name in type(self).model_fields if name not in ("type", "gap")}
-        return CartPole(**settings, gap=self.gap.build(self.n_sensors, 1))
+        return CartPole(self)
+
+
+class CartPole(SimulatedRobot):
+    """Cart and pole on a track. One motor: force = largest force (2 m - 1).
+
+    Args:
+        config: sensors, times, scales, masses and lengths.
+        gap: the body's imperfections, where they are not those of `config`.
+        threads: cores to use; None for all.
+    """
+
+    sense = staticmethod(_sense)
+    advance = staticmethod(_advance)
+    neutral_motor = 0.5
+
+    def __init__(
+        self,
+        config: CartPoleConfig = CartPoleConfig(),  # noqa: B008
+        *,
+        gap: Gap | None = None,
+        threads: int | None = None,
+    ) -> None:
+        super().__init__(config.gap.build(config.n_sensors, 1) if gap is None else gap, threads)
+        self._config = config
+        self._spec = RobotSpec(
+            name="cartpole",
+            n_sensors=config.n_sensors,
+            n_motors=1,
+            tick_s=config.tick_s,
+            start_fields=("x_m", "velocity_m_s", "angle_rad", "angular_velocity_rad_s"),
+            state_fields=("x_m", "velocity_m_s", "angle_rad", "angular_velocity_rad_s"),
+            noise_free=self.gap.is_none,
+        )
+
+    @property
+    def spec(self) -> RobotSpec:
+        return self._spec
+
+    @property
+    def drawing(self) -> Drawing:
+        config = self._config
+        return _drawing(config.track_m, 2.0 * config.pole_half_length_m, float(np.deg2rad(config.largest_angle_deg)))
+
+    @cached_property
+    def parameters(self) -> NDArray[np.float32]:
+        config = self._config
+        values = {
+            _TICK: config.tick_s,
+            _IMPLICIT: float(config.integrator is Integrator.SEMI_IMPLICIT_EULER),
+            _HALF_V: config.velocity_range_m_s,
+            _HALF_W: config.angular_velocity_range_rad_s,
+            _FORCE: config.largest_force_n,
+            _MASS: config.cart_kg + config.pole_kg,
+            _POLE: config.pole_kg,
+            _MOMENT: config.pole_kg * config.pole_half_length_m,
+            _LENGTH: config.pole_half_length_m,
+            _TRACK: config.track_m,
+            _ANGLE: np.deg2rad(config.largest_angle_deg),
+            _CART_FRICTION: config.cart_friction_n_s_m,
+            _POLE_FRICTION: config.pole_friction_n_m_s,
+        }
+        return np.array([values[place] for place in range(len(values))], np.float32)
+
+
+def _drawing(end: float, length: float, limit: float) -> Drawing:
+    """Cart and pole from the side, the track's ends, and the angles at which the pole has fallen."""
+    rail_y = -0.11
+    posts = (Strip(((s * end, rail_y - 0.1), (s * end, 0.15)), 0.024, Look.WALL) for s in (-1.0, 1.0))
+    marks = (
+        Strip(((x, rail_y), (x, rail_y - 0.05)), 0.01, Look.MARK)
+        for x in (np.arange(np.ceil(-end / 0.5), np.floor(end / 0.5) + 1) * 0.5).tolist()
+    )
+    rays = (
+        Strip(((0.0, 0.0), (1.15 * length * float(np.sin(a)), 1.15 * length * float(np.cos(a)))), 0.012, Look.LIMIT)
+        for a in (-limit, limit)
+    )
+    cart = Part(
+        "cart",
+        (
+            *rays,
+            Strip(((-0.16, 0.0), (0.16, 0.0)), 0.15, Look.CART),
+            Disc((-0.12, -0.07), 0.035, Look.MARK),
+            Disc((0.12, -0.07), 0.035, Look.MARK),
+        ),
+        x="x_m",
+        arrow=Arrow(motor=0, length_m=0.6),
+        curves=(Curve("x [m]", "x_m"), Curve("speed [m/s]", "velocity_m_s")),
+    )
+    to_deg = 180.0 / np.pi
+    pole = Part(
+        "pole",
+        (
+            Strip(((0.0, 0.0), (0.0, length)), 0.044, Look.BODY),
+            Disc((0.0, length), 0.045, Look.TIP),
+            Disc((0.0, 0.0), 0.03, Look.WALL),
+        ),
+        turn="angle_rad",
+        clockwise=True,
+        on="cart",
+        curves=(
+            Curve("angle [deg]", "angle_rad", to_deg),
+            Curve("rate [10 deg/s]", "angular_velocity_rad_s", to_deg / 10.0),
+        ),
+    )
+    return Drawing(
+        title="Cart and pole",
+        bounds_m=(-end - 0.2, end + 0.2, -0.35 * length, 1.35 * length),
+        fixed=(Strip(((-end, rail_y), (end, rail_y)), 0.024, Look.WALL), *posts, *marks),
+        parts=(cart, pole),
+        swing=Swing("Pole angle over time", "angle_rad", limit, f"{np.rad2deg(limit):.0f}°"),
+        sensor_names=("x", "angle", "speed", "rate"),
+        motor_names=("force",),
+    )
