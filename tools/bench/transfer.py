@@ -179,7 +179,7 @@ def _with_walls(task: str, first_seed: int) -> Row:
     shipped = load_config(ROOT / "configs" / "tasks" / f"{task}.yaml")
     config = shipped.with_changes({"algorithm": TRANSFER})
     body = shipped.robot.model_dump(mode="json")
-    return Row(f"{task}, walls", config, lambda r: in_a_world(body, r), first_seed, 50, 24)
+    return Row(f"{task}, walls", config, lambda r: in_a_world(body, r), first_seed, 50, 24, ga_runs=1)
 
 
 def run(figure: Path | None = None) -> list[Figure]:
