@@ -126,6 +126,7 @@ class TrialRunner:
         journal: where intents and results go.
         companion: who has a say between trials.
         before: called before every batch; it may run trials of another set itself.
+        perform: what an attempt is, if it is not `run` of the robot but another movement.
     """
 
     def __init__(
@@ -137,6 +138,7 @@ class TrialRunner:
         self.journal = journal
         self.companion: Companion = companion or Alone()
         self.before: Callable[[], object] = lambda: None
+        self.perform: Callable[[Trials], Results] | None = None
         run = journal.reader.run()
         self._run_id = zlib.crc32(f"{run.created_at} {run.root_seed} {run.name}".encode())
 
@@ -213,7 +215,9 @@ class TrialRunner:
             None if in_evolution else [trials.names[g] for g in trials.genome[places].tolist()],
             trials.measurement,
         )
-        attended = self.companion.attend(upcoming, replace(planned, ids=ids), _completed(self.robot.run), self.task)
+        attended = self.companion.attend(
+            upcoming, replace(planned, ids=ids), _completed(self.perform or self.robot.run), self.task
+        )
         trials.attempts[places] += 1
         self._count(trials, places, ids, attended)
         return attended
