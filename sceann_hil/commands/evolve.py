@@ -264,11 +264,17 @@ def _summary(experiment: Experiment, outcome: Outcome, evolved_s: float) -> dict
         if champion is None
         else {
             "individual": champion.id,
+            "generation": champion.generation,
+            "number": champion.number,
             "fitness": champion.fitness,
             "genome": champion.genome,
             "success_rate_of_its_generation": generations[-1].success_rate,
         },
     }
+
+
+def _place_of(champion: dict[str, Any]) -> str:
+    return f"generation {champion['generation']}, individual {champion['number']}"
 
 
 def _print_summary(console: Console, summary: dict[str, Any], record: RecordChoice) -> None:
@@ -277,7 +283,7 @@ def _print_summary(console: Console, summary: dict[str, Any], record: RecordChoi
     table.add_row("generations", f"{summary['generations']}")
     table.add_row("trials", f"{summary['trials']} in {summary['evolved_s']:.1f} s")
     if champion:
-        table.add_row("best fitness", f"[bold]{champion['fitness']:.4g}[/] (individual {champion['individual']})")
+        table.add_row("best fitness", f"[bold]{champion['fitness']:.4g}[/] ({_place_of(champion)})")
         table.add_row("its genome", champion["genome"])
     print_table(console, f"Run {directory}: {summary['outcome'].replace('_', ' ')}", table)
     follow = ["status"] if summary["outcome"] == "finished" else ["resume", "status"]
