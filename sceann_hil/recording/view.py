@@ -23,7 +23,7 @@ from sceann_hil.recording.headless import (
     wait_for_views,
 )
 from sceann_hil.recording.paths import RecordingPaths
-from sceann_hil.recording.process import Detail, RecorderStatus
+from sceann_hil.recording.process import Detail, RecorderStatus, wait_for_recorder
 from sceann_hil.recording.recorder import Recorder, remedy
 from sceann_hil.recording.rrd import VIEWER, check, quiet_environment
 from sceann_hil.recording.source import RunSource
@@ -199,10 +199,17 @@ def _record_missing(
     """Missing files are made; damaged ones are not touched, because a user should know of them."""
     before = RecorderStatus.read(paths.status)
     detail = before.detail if before and generations is None else Detail.ALL
+
+    def enough() -> bool:
+        return generations is not None and all(paths.generation(number).exists() for number in generations)
+
+    # of a run that still goes on, what there is by now is shown
+    if not wait_for_recorder(paths.run_dir, report, enough):
+        return
     try:
         recorder = Recorder(paths.run_dir, detail, report, replace_damaged=False)
     except RunIsLocked:
-        return  # a recorder is at work: show what there is by now
+        return  # another one has just begun
     try:
         recorder.record(only=generations)
     finally:
