@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Mapping
 from functools import cached_property
+from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -61,10 +62,29 @@ class Run:
 
     @property
     def finished(self) -> bool:
-        """All its generations are evaluated."""
+        """All its generations are evaluated, or its algorithm has found that there is no more to do."""
         last = self._reader.last_generation()
-        done = last is not None and last.finished_at is not None
-        return done and last is not None and last.number >= self.config.algorithm.generations
+        if last is None or last.finished_at is None:
+            return False
+        if last.number >= self.config.algorithm.generations:
+            return True
+        algorithm = self.config.algorithm.build(self.config.genome_length)
+        return bool(algorithm.is_last(algorithm.load(self._reader.algorithm_state(last.number))))
+
+    def conclusion(self) -> dict[str, Any]:
+        """What its algorithm has to say at the end, or so far: of a transfer, its recommendation and what it expects.
+
+        A report is written into the run's folder.
+
+        Raises:
+            NotARun: its algorithm concludes nothing, or none of its generations is finished.
+        """
+        where = self.config.algorithm.conclusion
+        if where is None:
+            raise NotARun(f"{self.directory}: the algorithm {self.config.algorithm.type} draws no conclusion.", "")
+        module, _, function = where.partition(":")
+        document: dict[str, Any] = getattr(import_module(module), function)(self.directory).document
+        return document
 
     def generations(self) -> pandas.DataFrame:
         """One row per generation, by its number: best, mean and worst fitness, success rate, times."""

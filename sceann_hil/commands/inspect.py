@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,6 +20,7 @@ from sceann_hil.journal import AttemptRow, IndividualRow, JournalReader, RunLock
 from sceann_hil.journal.tables import export_csv
 from sceann_hil.journal.verify import require_sound
 from sceann_hil.pasting import pasteable
+from sceann_hil.recording.process import status_now
 from sceann_hil.run.champion import best_so_far, champion_of
 from sceann_hil.versions import running_versions, version_differences
 
@@ -47,6 +49,7 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
     events = reader.events()
     finished = len(generations) == last + 1 or (bool(events) and events[-1][2] == "finished")
     state = "finished" if finished else "running" if RunLock.is_held(directory) else "stopped"
+    recording = status_now(directory)
     leading = None if finished else best_so_far(reader)
     best = max(generations, key=lambda row: row.best_fitness or 0.0, default=None)
     document: dict[str, Any] = {
@@ -64,6 +67,7 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
         "best_fitness_ever": best and best.best_fitness,
         "champion": champion and _document_of(champion),
         "best_so_far": leading and {**_document_of(leading.individual), "trials": leading.trials},
+        "recording": recording and asdict(recording),
         "versions": run.versions,
         "sessions": [
             {
@@ -101,6 +105,8 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
         table.add_row("unfinished generation", f"{leading.individual.generation}, {leading.counted} trials counted")
         so_far = f"individual {leading.individual.number}: fitness [bold]{leading.individual.fitness:.4g}[/]"
         table.add_row("best in it so far", f"{so_far}, {leading.trials} trial{'s' if leading.trials > 1 else ''}")
+    if recording is not None:
+        table.add_row("recording", escape(recording.words))
     print_table(console, f"{run.name}: {state}", table)
     if generations:
         console.print("best fitness by generation", _sparkline([row.best_fitness or 0.0 for row in generations]))
