@@ -170,6 +170,7 @@ class Clock:
             f"trial {min(status.done + 1, status.todo)} of {status.todo}",
             f"{doing} {_clock(time.monotonic() - self._since_s)}",
             *status.left,
+            status.best,
             status.forecast,
         ]
         return " · ".join(part for part in parts if part)

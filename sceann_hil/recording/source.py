@@ -17,6 +17,7 @@ from sceann_hil.network.coding import Weights
 from sceann_hil.network.controller import Dynamics, state_hash
 from sceann_hil.recording.trial import RecordedRun, RecordedTrial, as_id
 from sceann_hil.robot import EndReason, Trace
+from sceann_hil.run.champion import best_so_far
 from sceann_hil.run.replay import measured_trace
 
 
@@ -132,8 +133,21 @@ class RunSource:
         rows = [row for row in self._drawable(number) if row.individual == champion]
         return self._with_traces(rows, weights, champion)
 
+    def trials_so_far(self) -> list[RecordedTrial]:
+        """The counted trials of the newest generation while it is not finished, with traces; the leader's as the best.
+
+        Raises:
+            ReplayDiffers: a trial did not end as the journal says.
+        """
+        leading = best_so_far(self._reader)
+        if leading is None:
+            return []
+        number = leading.individual.generation
+        _, weights, _ = self._population(number)
+        return self._with_traces(self._drawable(number), weights, leading.individual.number)
+
     def _population(self, number: int) -> tuple[NDArray[np.float64], Weights, int]:
-        """Fitness and networks of a finished generation, and its champion."""
+        """Fitness and networks of a generation, and its champion; no fitness while it is not finished."""
         individuals = self._reader.individuals(number)
         length = self._phenotype.genome_length
         genomes = np.stack([individual.genome_bits(length) for individual in individuals])
