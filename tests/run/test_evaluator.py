@@ -161,10 +161,10 @@ def test_a_race_runs_fewer_trials_and_finds_the_same_best(tmp_path: Path) -> Non
     racing = SavingConfig.model_validate({"racing": "exact"}, strict=False)
     found, ran = [], []
     for saving in (SavingConfig(), racing):
-        long = ("task.max_steps=200", "task.headings_deg=[0, 30, 60, 45, 90]")
+        long = ("robot.motion_noise=0.0", "task.max_steps=200", "task.headings_deg=[0, 30, 60, 45, 90]")
         bench = Bench(tmp_path / str(saving.racing), *long, saving=saving)
-        # one of these six reaches the target, so that the others are out of the race before its end
-        genomes = np.random.default_rng(154).integers(0, 2, (POPULATION, bench.config.genome_length), np.uint8)
+        # two of these six reach the target, one much better: its place is settled before its last trial
+        genomes = np.random.default_rng(382).integers(0, 2, (POPULATION, bench.config.genome_length), np.uint8)
         bench.begin(0, genomes)
         found.append(bench.evaluator.evaluate(0, genomes).fitness)
         ran.append(bench.robot.ran)
