@@ -90,7 +90,7 @@ class SimulatedRobot(SimulatedBody):
         trace_sensors = np.empty((rows, trials.max_steps, size.n_sensors), np.uint16)
         trace_u = np.empty((rows, trials.max_steps, size.n_neurons), np.int16)
         trace_x = np.empty((rows, trials.max_steps, size.n_neurons), np.int16)
-        states, parameters = self.checked_states(trials.starts), self.checked_parameters()
+        states, parameters = self.checked_states(trials.starts, trials.keys), self.checked_parameters()
         gap = self.gap.draw(trials.keys, size.n_sensors, size.n_motors, self.neutral_motor)
 
         accumulation, loop = trials.accumulation, self._loop(trials.accumulation)
@@ -108,7 +108,7 @@ class SimulatedRobot(SimulatedBody):
                 size.n_hidden,
                 trials.dynamics.neuron is Neuron.MEMORYLESS,
                 trials.dynamics.initial_output,
-                self.n_noise,
+                *self.noise_rows,
                 gap[part] if len(gap) else gap,
                 parameters,
                 end_reasons[part],

@@ -29,7 +29,7 @@ from sceann_hil.robot import EndReason
 from sceann_hil.robot.accumulation import Accumulation, combined
 
 RUNNING = -1
-WORK_ROWS = 10
+WORK_ROWS = 12
 _TIME_UP = int(EndReason.TIME_UP)
 _F = np.float32
 _U = np.uint32
@@ -51,6 +51,7 @@ def run_lanes(
     memoryless: bool,
     initial_output: int,
     n_noise: int,
+    n_drawn: int,
     gap: Float32Array,
     parameters: Float32Array,
     end_reasons: NDArray[np.uint8],
@@ -76,7 +77,7 @@ def run_lanes(
     state = np.zeros((n_state, LANES), np.float32)
     sensors = np.zeros((n_sensors, LANES), np.float32)
     motors = np.zeros((n_motors, LANES), np.float32)
-    noise = np.zeros((n_noise + n_noise % 2, LANES), np.float32)
+    noise = np.zeros((n_noise, LANES), np.float32)
     work = np.zeros((WORK_ROWS, LANES), np.float32)
     lane_gap = np.zeros((GAP_FIXED + 2 * n_sensors + n_motors, LANES), np.float32)
     delayed = np.zeros((MAX_LATENCY_STEPS + 1, n_motors, LANES), np.float32)
@@ -177,7 +178,7 @@ def run_lanes(
                 motors[m, lane] = _F(outputs[n_hidden + m, lane]) * _F(1.0 / 1024.0)
         if has_gap:
             apply_motor_gap(motors, delayed, lane_gap, n_sensors)
-        for k in range(0, n_noise, 2):
+        for k in range(0, n_drawn, 2):
             fill_normals(noise, k, key_low, key_high, step)
         advance(state, motors, noise, ended, work, parameters)
         if tracing:
