@@ -38,7 +38,7 @@ from backends.world.layout import (
     WHEEL_INTERVAL,
     WIDTH,
 )
-from backends.world.rays import SPARE, X, Y
+from backends.world.rays import COS, SIN, SPARE, X, Y
 from sceann_hil.network.compiled import compiled_part
 from sceann_hil.network.neurons import LANES
 from sceann_hil.robot import EndReason
@@ -69,8 +69,8 @@ def advance(
         right = speed * (motors[1, lane] - rest)
         heading = state[2, lane]
         forward = _F(0.5) * (right + left)
-        dx = forward * cosine(heading)
-        dy = forward * sine(heading)
+        # the heading is still what the sensors took it for
+        dx, dy = forward * w[COS + lane], forward * w[SIN + lane]
         turn = (right - left) / interval
         w[X + lane] = state[0, lane] + (dx + level * abs(dx) * noise[0, lane])
         w[Y + lane] = state[1, lane] + (dy + level * abs(dy) * noise[1, lane])
