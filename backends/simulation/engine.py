@@ -10,9 +10,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from backends.simulation.adding_up import accumulating, nothing
 from backends.simulation.body import SimulatedBody
 from backends.simulation.gap import Gap
-from backends.simulation.lanes import accumulating, nothing, run_lanes
+from backends.simulation.lanes import run_lanes
 from backends.simulation.stepwise import StepwiseBody
 from sceann_hil.network.coding import NetworkSize
 from sceann_hil.network.controller import Neuron
@@ -69,7 +70,7 @@ class SimulatedRobot(SimulatedBody):
 
     def _loop(self, accumulation: Accumulation | None) -> Callable[..., None]:
         if accumulation not in self._loops:
-            part = nothing if accumulation is None else accumulating(accumulation)
+            part = nothing if accumulation is None else accumulating(accumulation, self.spec)
             self._loops[accumulation] = self.bind(run_lanes, accumulate=part)
         return self._loops[accumulation]
 
@@ -95,7 +96,7 @@ class SimulatedRobot(SimulatedBody):
 
         accumulation, loop = trials.accumulation, self._loop(trials.accumulation)
         totals = np.empty(n)
-        rule, first_total = (0, 0.0) if accumulation is None else (accumulation.rule, accumulation.first)
+        first_total = 0.0 if accumulation is None else accumulation.first
 
         def simulate(part: slice) -> None:
             traced = part if tracing else slice(0, 0)
@@ -119,7 +120,6 @@ class SimulatedRobot(SimulatedBody):
                 trace_sensors[traced],
                 trace_u[traced],
                 trace_x[traced],
-                rule,
                 first_total,
                 totals[part],
             )
