@@ -51,11 +51,17 @@ class PluginConfig(Section):
 class RobotConfig(PluginConfig):
     """The `robot` section."""
 
-    usual_uncertainty: ClassVar[Mapping[str, Any]] = {}
-    """What is usually not known of such a body, by key, as `uncertainty.keys` has it."""
+    @property
+    def usual_uncertainty(self) -> Mapping[str, Any]:
+        """What is usually not known of such a body, by key, as `uncertainty.keys` has it."""
+        return {}
 
     def values_of(self, key: str) -> int:
-        """How many values a dotted key of this section takes: one for each sensor or motor where they differ, or 1."""
+        """How many values a dotted key of this section takes: one for each sensor or motor where they differ, or 1.
+
+        Keys that run through a list of sections, such as those of several sensors, have one for each of them; nobody
+        is asked for these.
+        """
         return 1
 
     @property

@@ -37,7 +37,7 @@ from sceann_hil.robot import (
     TrialObserver,
     Trials,
 )
-from sceann_hil.robot.diagnosis import Finding
+from sceann_hil.robot.diagnosis import Finding, Mover
 from sceann_hil.robot.drawing import Drawing
 from sceann_hil.robot.durations import Durations
 
@@ -211,9 +211,9 @@ class RemoteRobot(Robot):
     def observe(self, observer: TrialObserver | None) -> None:
         self._observer = observer
 
-    def diagnose(self, *, may_move: bool) -> Iterator[Finding]:
+    def diagnose(self, mover: Mover | None = None) -> Iterator[Finding]:
         """Ports, handshake, latency, losses, the robot's own watchdog, sensors, and with leave the motors."""
-        yield from examine(self, self._settings.mode, may_move=may_move)
+        yield from examine(self, self._settings.mode, mover)
 
     # -- trials -----------------------------------------------------------------------------------------------------
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -209,6 +209,20 @@ class WorldConfig(Section):
     """Motor value 0 is full speed backwards and 0.5 is rest; false: 0 is rest, as in the paper."""
     bump: Literal["slide", "end"] = "slide"
     """What happens where the body meets something: it slides along, or the trial ends (out_of_bounds)."""
+
+    def usual_uncertainty(self, radius_m: float) -> dict[str, Any]:
+        """What is usually not known of a robot of this radius in it, by key of the robot's section."""
+        interval_m = self.wheel_interval_m or 2.0 * radius_m
+        usual: dict[str, Any] = {"world.wheel_interval_m": {"uniform": [0.85 * interval_m, 1.2 * interval_m]}}
+        for key, sensors in (("infrared", self.infrared), ("light", self.light)):
+            if sensors and max(abs(it.direction_deg) for it in sensors) <= 355.0:
+                usual[f"world.{key}.direction_deg"] = {"shifted": [-5.0, 5.0]}
+        if self.infrared and not any(it.response for it in self.infrared):
+            # a measured response ends at its range
+            usual["world.infrared.range_m"] = {"scaled": [0.7, 1.4]}
+        if self.light and self.lamps:
+            usual["world.lamps.reference_m"] = {"scaled": [0.6, 1.5]}
+        return usual
 
     def check(self, arena_m: Point, target_m: Point, target_radius_m: float) -> None:
         """Refuse a world that does not fit its arena or itself.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Mapping
 from functools import cached_property
+from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,7 +21,7 @@ from sceann_hil.errors import NotARun
 from sceann_hil.journal import AttemptKind, AttemptRow, GenerationRow, IndividualRow, JournalReader, trial_arrays
 from sceann_hil.network.coding import genome_to_hex
 from sceann_hil.robot import Results
-from sceann_hil.run.champion import champion_of
+from sceann_hil.run.champion import champion_or_best_so_far
 from sceann_hil.run.replay import journalled_config, journalled_trials, measured_trace
 
 if TYPE_CHECKING:
@@ -61,10 +62,29 @@ class Run:
 
     @property
     def finished(self) -> bool:
-        """All its generations are evaluated."""
+        """All its generations are evaluated, or its algorithm has found that there is no more to do."""
         last = self._reader.last_generation()
-        done = last is not None and last.finished_at is not None
-        return done and last is not None and last.number >= self.config.algorithm.generations
+        if last is None or last.finished_at is None:
+            return False
+        if last.number >= self.config.algorithm.generations:
+            return True
+        algorithm = self.config.algorithm.build(self.config.genome_length)
+        return bool(algorithm.is_last(algorithm.load(self._reader.algorithm_state(last.number))))
+
+    def conclusion(self) -> dict[str, Any]:
+        """What its algorithm has to say at the end, or so far: of a transfer, its recommendation and what it expects.
+
+        A report is written into the run's folder.
+
+        Raises:
+            NotARun: its algorithm concludes nothing, or none of its generations is finished.
+        """
+        where = self.config.algorithm.conclusion
+        if where is None:
+            raise NotARun(f"{self.directory}: the algorithm {self.config.algorithm.type} draws no conclusion.", "")
+        module, _, function = where.partition(":")
+        document: dict[str, Any] = getattr(import_module(module), function)(self.directory).document
+        return document
 
     def generations(self) -> pandas.DataFrame:
         """One row per generation, by its number: best, mean and worst fitness, success rate, times."""
@@ -91,14 +111,12 @@ class Run:
         return table(("at", "generation", "kind", "message"), self._reader.events())
 
     def champion(self) -> Individual:
-        """The best individual, as `sceann status` and `sceann export` mean it.
+        """The best individual, as `sceann status` and `sceann export` mean it; in the first generation, so far.
 
         Raises:
-            NotARun: none of its generations is finished yet.
+            NotARun: none of its trials counts yet.
         """
-        row = champion_of(self._reader, keeps_best=self.config.algorithm.keeps_best)
-        if row is None:
-            raise NotARun(f"{self.directory} has no finished generation yet.", "Let it run on: `sceann resume`.")
+        row, _ = champion_or_best_so_far(self._reader, keeps_best=self.config.algorithm.keeps_best)
         return self._individual(row)
 
     def individual(self, identity: int) -> Individual:

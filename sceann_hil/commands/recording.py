@@ -40,30 +40,54 @@ Record = Annotated[
 
 
 Live = Annotated[
-    bool, typer.Option("--live", help="Show the running trial in the viewer while the robot moves (not in simulation).")
+    bool,
+    typer.Option(
+        "--live", help="Show the running trial in the viewer while the robot moves; in simulation only with --watch."
+    ),
 ]
 
 
-def must_be_watchable(robot: Robot) -> None:
+def must_be_watchable(robot: Robot, *, again: bool = False) -> None:
     """Refuse a live view that would show nothing.
+
+    Args:
+        robot: whose trials.
+        again: trials are shown again afterwards.
 
     Raises:
         ViewerUnavailable: the robot has no steps to watch, or there is no display.
     """
-    if robot.spec.batch_size != 1:
+    if robot.spec.batch_size != 1 and not again:
         raise ViewerUnavailable(
             f"--live: {robot.spec.name} does whole batches of trials at once; there are no steps to watch.",
-            "Leave --live out; `sceann view RUN` shows every trial afterwards.",
+            "Add --watch, which shows the best of every generation again, or leave --live out: `sceann view RUN` shows "
+            "every trial afterwards.",
         )
     require_display()
 
 
 @contextmanager
 def watched_live(robot: Robot, directory: Path, show: Callable[[str], object]) -> Iterator[None]:
-    """Show the robot's trials during the block. The run goes on without a viewer, but not without saying so.
+    """Show the robot's trials during the block, as `live_view`.
 
     Args:
         robot: whose trials.
+        directory: of the run.
+        show: prints a line.
+    """
+    with live_view(directory, show) as feed:
+        robot.observe(feed)
+        try:
+            yield
+        finally:
+            robot.observe(None)
+
+
+@contextmanager
+def live_view(directory: Path, show: Callable[[str], object]) -> Iterator[LiveFeed]:
+    """A viewer for trials as they happen. The run goes on without it, but not without saying so.
+
+    Args:
         directory: of the run.
         show: prints a line.
     """
@@ -78,22 +102,20 @@ def watched_live(robot: Robot, directory: Path, show: Callable[[str], object]) -
 
     watcher = threading.Thread(target=watch, name="live view", daemon=True)
     watcher.start()
-    robot.observe(feed)
     try:
-        yield
+        yield feed
     finally:
         over.set()
         watcher.join()
-        robot.observe(None)
         feed.close()
 
 
 @contextmanager
 def recorded(console: Console, directory: Path, choice: RecordChoice) -> Iterator[None]:
-    """Record a run during the block, and wait for the rest after it. Ctrl-C while waiting leaves it to itself.
+    """Record a run during the block, and leave the rest of it to the recorder.
 
     Args:
-        console: where progress is shown.
+        console: where it is said how things stand.
         directory: the run; its journal exists.
         choice: which trials.
     """
@@ -107,17 +129,15 @@ def recorded(console: Console, directory: Path, choice: RecordChoice) -> Iterato
     except BaseException:
         recorder.finish(timeout_s=0.0)
         raise
-    try:
-        with show_recording(console) as report:
-            while (status := recorder.finish(_SECONDS_BETWEEN_LOOKS)).state in (State.STARTING, State.RECORDING):
-                report(status)
-    except KeyboardInterrupt:
-        console.print("Recording goes on in the background.")
-        return
+    status = recorder.finish(timeout_s=0.0)
+    again = f"sceann record {pasteable(directory)}"
     if status.state is State.FAILED:
         console.print(f"[bold red]Not everything was recorded:[/] {escape(status.message)}", soft_wrap=True)
+        console.print(f"The run itself is complete; `{again}` makes the rest.", markup=False, soft_wrap=True)
+    elif status.state is not State.FINISHED:
         console.print(
-            f"The run itself is complete; `sceann record {pasteable(directory)}` makes the rest.",
+            "Recording goes on in the background, at low priority: nobody has to wait for it. How far it is: "
+            f"`sceann status {pasteable(directory)}`. To wait: `{again}`.",
             markup=False,
             soft_wrap=True,
         )

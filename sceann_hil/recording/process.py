@@ -10,11 +10,18 @@ import json
 import os
 import subprocess
 import sys
-from dataclasses import asdict, dataclass
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 
+from sceann_hil.journal.lock import RunLock
 from sceann_hil.recording.paths import RecordingPaths
+
+_LOOK_AGAIN_S = 0.2
+_STARTS_WITHIN_S = 60.0
+"""A recorder that has not begun by then was killed before."""
 
 
 class Detail(StrEnum):
@@ -75,11 +82,58 @@ class RecorderStatus:
         except (OSError, ValueError, TypeError, KeyError):
             return None
 
+    @property
+    def words(self) -> str:
+        """For people."""
+        done = f"{self.generations} of {self.known} generations"
+        return {
+            State.STARTING: "about to begin",
+            State.RECORDING: f"at work, {done} so far",
+            State.FINISHED: f"finished, {done}",
+            State.FAILED: f"stopped, {done}: {self.message}",
+        }[self.state]
+
+
+def status_now(run_dir: Path) -> RecorderStatus | None:
+    """How far a run's recorder is, whoever started it; None if the run was never recorded."""
+    paths = RecordingPaths(run_dir)
+    status = RecorderStatus.read(paths.status)
+    if status is None or status.state in (State.FINISHED, State.FAILED) or RunLock.is_held(paths.folder):
+        return status
+    begun = status.state is State.RECORDING or time.time() - paths.status.stat().st_mtime > _STARTS_WITHIN_S
+    if begun and not RunLock.is_held(run_dir):
+        return replace(status, state=State.FAILED, message="`sceann record` makes the rest")
+    return status
+
+
+def wait_for_recorder(
+    run_dir: Path, report: Callable[[RecorderStatus], None], enough: Callable[[], bool] = lambda: False
+) -> bool:
+    """Wait until a recorder that is at work has ended, unless its run still goes on.
+
+    Args:
+        run_dir: the run.
+        report: told how far it is.
+        enough: ends the waiting.
+
+    Returns:
+        Whether nobody records the run any more.
+    """
+    paths = RecordingPaths(run_dir)
+    while RunLock.is_held(paths.folder):
+        if RunLock.is_held(run_dir) or enough():
+            return False
+        report(RecorderStatus.read(paths.status) or RecorderStatus())
+        time.sleep(_LOOK_AGAIN_S)
+    return True
+
 
 class RecorderProcess:
     """A recorder beside a running experiment, with low priority.
 
-    It follows the journal. When the experiment says `finish`, or dies, it records what is left and ends.
+    It follows the journal. When the experiment says `finish`, or dies, it records what is left and ends: nobody has to
+    wait for it, and no terminal has to stay open. It has a session of its own, and never more to do than the journal
+    holds.
 
     Args:
         run_dir: the run; its journal exists.

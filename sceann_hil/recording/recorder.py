@@ -5,20 +5,19 @@ Files are whole or absent, so a recorder can be killed at any moment and started
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections import deque
 from collections.abc import Callable, Collection
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
-from sceann_hil.errors import RecordingIsDamaged
+from sceann_hil.errors import CannotWrite, RecordingIsDamaged
 from sceann_hil.journal import RunLock
 from sceann_hil.recording import blueprints, chunks, overview, rrd
 from sceann_hil.recording.paths import RecordingPaths
 from sceann_hil.recording.process import Detail, RecorderStatus, State
 from sceann_hil.recording.source import RecordedGeneration, RunSource
-from sceann_hil.recording.trial import RecordedTrial, recording_id
+from sceann_hil.recording.trial_files import write_trials
 
 _LOOK_AGAIN_S = 0.2
 _WRITERS = 2
@@ -33,6 +32,16 @@ def _nobody(status: RecorderStatus) -> None:
     pass
 
 
+def _must_be_writable(run_dir: Path) -> None:
+    try:
+        str(run_dir).encode()
+    except UnicodeEncodeError:
+        raise CannotWrite(
+            f"{run_dir}: rerun writes no recordings into a folder whose name is not UTF-8.",
+            "Rename the folder, or call the command from within it (`sceann record .`).",
+        ) from None
+
+
 class Recorder:
     """Records one run.
 
@@ -45,6 +54,7 @@ class Recorder:
     Raises:
         NotARun, RunIsNewer, RunIsDamaged: see `RunSource`.
         RunIsLocked: another recorder is at work on this run.
+        CannotWrite: rerun cannot write to files of this name.
     """
 
     def __init__(
@@ -55,6 +65,7 @@ class Recorder:
         *,
         replace_damaged: bool = True,
     ) -> None:
+        _must_be_writable(run_dir)
         self._paths = RecordingPaths(run_dir)
         self._detail = detail
         self._report = report
@@ -180,20 +191,9 @@ class Recorder:
         wanted = [trial for trial in generation.trials if trial.champion or self._detail is Detail.ALL]
         if not wanted:
             return 0
-        with tempfile.TemporaryDirectory(dir=self._paths.folder, prefix=".parts-") as folder:
-            parts = [self._write_trial(Path(folder), trial) for trial in wanted]
-            rrd.join(parts, self._paths.generation(generation.row.number))
-        return len(wanted)
-
-    def _write_trial(self, folder: Path, trial: RecordedTrial) -> Path:
-        path = folder / f"{trial.id}.rrd"
-        rrd.write_recording(
-            path,
-            chunks.trial_chunks(self._run, trial, full=trial.champion),
-            application_id=self._run.experiment,
-            recording_id=recording_id(self._run.name, trial.generation, trial.individual, trial.trial, trial.attempt),
-        )
-        return path
+        path = self._paths.generation(generation.row.number)
+        path.parent.mkdir(exist_ok=True)
+        return write_trials(self._run, wanted, path)
 
     def _has_whole_overview(self) -> bool:
         newest = max(self._paths.overview(number).stat().st_mtime_ns for number in self._done)

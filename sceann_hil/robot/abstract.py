@@ -10,7 +10,7 @@ from typing import Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.robot.diagnosis import Finding, Verdict
+from sceann_hil.robot.diagnosis import Finding, Mover, Verdict
 from sceann_hil.robot.drawing import Drawing
 from sceann_hil.robot.durations import Durations
 from sceann_hil.robot.end_reasons import EndReason, RobotError
@@ -147,11 +147,11 @@ class Robot(ABC):
     def observe(self, observer: TrialObserver | None) -> None:
         """Let somebody watch trials while they run. A robot that is faster than any eye tells nothing."""
 
-    def diagnose(self, *, may_move: bool) -> Iterator[Finding]:
+    def diagnose(self, mover: Mover | None = None) -> Iterator[Finding]:
         """Look at the robot, not connected before, and tell what is found; safe at any time.
 
         Args:
-            may_move: somebody has seen to it that the robot may move for a moment.
+            mover: lets the robot do each of its movements; None: it must not move.
         """
         try:
             self.connect()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from backends.cartpole import CartPole, Integrator
+from backends.cartpole import CartPole, CartPoleConfig, Integrator
 from sceann_hil.network.controller import quantise_sensors
 from sceann_hil.robot import EndReason
 from tests.backends.conftest import MakeTrials
@@ -26,7 +26,7 @@ def textbook_step(state: np.ndarray, force: np.ndarray, tick: float, implicit: b
 
 @pytest.mark.parametrize("integrator", Integrator)
 def test_every_step_is_the_textbook_s(integrator: Integrator, make_trials: MakeTrials) -> None:
-    robot = CartPole(2, integrator=integrator)
+    robot = CartPole(CartPoleConfig(n_sensors=2, integrator=integrator))
     results = robot.trace(make_trials(robot, 60, start=(0.3, -0.5, 0.1, 0.4), max_steps=300, n_hidden=3))
     assert results.traces is not None
     for trace in results.traces:
@@ -37,7 +37,7 @@ def test_every_step_is_the_textbook_s(integrator: Integrator, make_trials: MakeT
 
 @pytest.mark.parametrize("n_sensors", [2, 4])
 def test_sensors_are_the_scaled_state(n_sensors: int, make_trials: MakeTrials) -> None:
-    robot = CartPole(n_sensors)
+    robot = CartPole(CartPoleConfig(n_sensors=n_sensors))
     results = robot.trace(make_trials(robot, 20, start=(0.1, 0.2, 0.05, -0.3), max_steps=200))
     assert results.traces is not None
     ranges = np.array([2.4, 3.0, np.deg2rad(36.0), 3.5])
@@ -49,8 +49,42 @@ def test_sensors_are_the_scaled_state(n_sensors: int, make_trials: MakeTrials) -
         assert (expected != trace.sensors).sum() <= max(2, 0.01 * expected.size)
 
 
+def test_masses_lengths_and_friction_are_those_of_the_equations(make_trials: MakeTrials) -> None:
+    cart, pole, half, force_n, cart_friction, pole_friction = 3.0, 0.7, 0.3, 25.0, 0.8, 0.05
+    robot = CartPole(
+        CartPoleConfig(
+            cart_kg=cart,
+            pole_kg=pole,
+            pole_half_length_m=half,
+            largest_force_n=force_n,
+            track_m=1.5,
+            largest_angle_deg=20.0,
+            cart_friction_n_s_m=cart_friction,
+            pole_friction_n_m_s=pole_friction,
+        )
+    )
+    results = robot.trace(make_trials(robot, 60, start=(0.3, -0.5, 0.1, 0.4), max_steps=300, n_hidden=3))
+    assert results.traces is not None
+    assert set(results.end_reasons.tolist()) <= {EndReason.FELL, EndReason.OUT_OF_BOUNDS}
+    mass = cart + pole
+    for trace in results.traces:
+        state = trace.state[:-1].astype(np.float64)
+        _, v, angle, rate = state.T
+        s, c = np.sin(angle), np.cos(angle)
+        force = force_n * (2.0 * trace.x[:, -1] / 1024.0 - 1.0) - cart_friction * v
+        # Barto, Sutton and Anderson (1983) with friction, the cart's by its speed
+        push = 9.8 * s - c * (force + pole * half * rate**2 * s) / mass - pole_friction * rate / (pole * half)
+        rate_dot = push / (half * (4 / 3 - pole * c**2 / mass))
+        v_dot = (force + pole * half * (rate**2 * s - rate_dot * c)) / mass
+        expected = state + 0.02 * np.stack([v, v_dot, rate, rate_dot], axis=1)
+        assert np.abs(expected - trace.state[1:]).max() < 2e-5
+        out = np.abs(trace.state[:, [0, 2]]) > np.float32((1.5, np.deg2rad(20.0)))
+        assert out[-1].any()
+        assert not out[:-1].any()
+
+
 def test_a_trial_ends_as_soon_as_the_pole_or_the_cart_is_out(make_trials: MakeTrials) -> None:
-    robot = CartPole(2)
+    robot = CartPole()
     starts = np.array([[0, 0, 0.0175, 0], [2.39, 3.0, 0, 0], [0, 0, 0.62, 2.0]]).repeat(40, axis=0)
     results = robot.trace(make_trials(robot, 120, start=starts, max_steps=2000))
     assert results.traces is not None
@@ -63,5 +97,5 @@ def test_a_trial_ends_as_soon_as_the_pole_or_the_cart_is_out(make_trials: MakeTr
 
 
 def test_only_two_or_four_sensors_exist() -> None:
-    with pytest.raises(ValueError, match="expected 2"):
-        CartPole(3)
+    with pytest.raises(ValueError, match="n_sensors"):
+        CartPole(CartPoleConfig(n_sensors=3))

@@ -43,7 +43,10 @@ WORLD = DifferentialDriveConfig.model_validate(
 )
 
 
-@pytest.mark.parametrize("robot", [CartPole(2), DifferentialDrive(5), WORLD.build()])
+@pytest.mark.parametrize(
+    "robot",
+    [CartPole(), DifferentialDrive(DifferentialDriveConfig(n_sensors=5)), WORLD.build()],
+)
 def test_every_simulated_robot_draws_what_its_body_has(robot: Robot) -> None:
     assert robot.drawing is not None
     robot.drawing.check(robot.spec.state_fields)
@@ -97,7 +100,7 @@ def test_a_fan_is_as_long_as_its_sensor_reaches() -> None:
     def length_px(reach_m: float) -> float:
         part = Part("robot", (), x="x_m", y="y_m", turn="heading_rad", fans=(Fan((0.0, 0.0), 0.0, 0.1, reach_m),))
         text = draw_pose(Drawing("it", (0.0, 1.0, 0.0, 1.0), (), (part,)), {"x_m": 0.5, "y_m": 0.5, "heading_rad": 0.0})
-        numbers = re.findall(r'<path d="M(\S+),(\S+)L(\S+),(\S+)L', text)[0]
+        numbers = re.findall(r'<path d="M(\S+),(\S+)L(\S+),(\S+) L', text)[0]
         x0, y0, x1, y1 = map(float, numbers)
         return float(np.hypot(x1 - x0, y1 - y0))
 
@@ -106,7 +109,7 @@ def test_a_fan_is_as_long_as_its_sensor_reaches() -> None:
 
 
 def test_a_pole_leans_to_the_right_of_its_cart() -> None:
-    text = draw_pose(CartPole(2).drawing, {"x_m": 0.0, "velocity_m_s": 0.0, "angle_rad": 0.5})
+    text = draw_pose(CartPole().drawing, {"x_m": 0.0, "velocity_m_s": 0.0, "angle_rad": 0.5})
     ElementTree.fromstring(text)
     rod = re.findall(r'<polyline points="(\S+),(\S+) (\S+),(\S+)"', text)[-1]
     x0, y0, x1, y1 = map(float, rod)

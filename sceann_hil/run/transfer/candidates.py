@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sceann_hil.errors import ConfigError
-from sceann_hil.evolution import SGA
+from sceann_hil.evolution import SGA, SGAConfig
 from sceann_hil.network.coding import Bits
 from sceann_hil.plugins import RobotConfig
 from sceann_hil.run.transfer import cache
@@ -62,13 +62,13 @@ def evolve(world: World, runs: int, report: Report = silent, numbers: Sequence[i
 def _run(world: World, body: RobotConfig, number: int) -> tuple[Bits, NDArray[np.float64]]:
     """Every genome of one run and its fitness."""
     evaluator = world.evaluator(body)
-    algorithm = SGA(world.phenotype.genome_length, population=POPULATION)
+    algorithm = SGA(world.phenotype.genome_length, SGAConfig(population=POPULATION))
     rng = generator(_ROOT, Purpose.ENSEMBLE, 1_000_000 + number)
     state = algorithm.start(rng)
     genomes, fitness = [], []
     for generation in range(GENERATIONS + 1):
         noise = keys(_ROOT, Purpose.ENSEMBLE, number, 2 + generation, np.arange(POPULATION)[:, None], world.starts)
-        values = evaluator.evaluate(state.genomes, noise, world.starts).mean_fitness
+        values = evaluator.evaluate(state.genomes, noise, world.simulated_starts).mean_fitness
         genomes.append(state.genomes)
         fitness.append(values)
         if generation < GENERATIONS:
@@ -105,7 +105,7 @@ def screen(world: World, pool: Bits, count: int, report: Report = silent, number
     for place, number in enumerate(turn):
         body = world.robots.bodies[number]
         noise = keys(_ROOT, Purpose.ENSEMBLE, number, 1_000, np.arange(len(pool))[:, None], world.starts)
-        fitness[place] = world.evaluator(body).evaluate(pool, noise, world.starts).mean_fitness
+        fitness[place] = world.evaluator(body).evaluate(pool, noise, world.simulated_starts).mean_fitness
         report("screening", place + 1, len(turn))
     mean = fitness.mean(axis=0)
     mixed = _OWN_WEIGHT * fitness + (1.0 - _OWN_WEIGHT) * mean

@@ -8,10 +8,10 @@ number: the KG(*) policy (Frazier and Powell 2010). The same number says when it
 from __future__ import annotations
 
 from dataclasses import dataclass
+from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtri
 
 from sceann_hil.run.transfer.model import Conditioned, Observations
 
@@ -22,7 +22,7 @@ RIVALS = 200
 INDIFFERENT = 0.9
 """Starts that bring so much of what the best start brings are as good: the cheapest of them is taken."""
 _OPTIMISM = 1.5
-_QUANTILES = ndtri((np.arange(33) + 0.5) / 33)
+_QUANTILES = tuple(NormalDist().inv_cdf((i + 0.5) / 33) for i in range(33))
 """Of the standard normal distribution: what a trial may turn out to say."""
 
 

@@ -41,21 +41,28 @@ class World:
 
     Attributes:
         phenotype: how a genome becomes a controller.
-        task: what a trial is.
+        task: what a trial is, in simulation.
         task_text: its section, for the cache.
         robots: the simulated robots.
+        n_trials: of the task on the robot: as many as in simulation, or one there stands for all of them.
     """
 
     phenotype: Phenotype
     task: Task
     task_text: str
     robots: DrawnRobots
+    n_trials: int
 
     @cached_property
     def starts(self) -> NDArray[np.int64]:
-        """Which of the task's trials are looked at: all, or `MOST_STARTS` evenly among them, shape ``(H,)``."""
-        n = self.task.n_trials
+        """Which trials of the task are looked at: all, or `MOST_STARTS` evenly among them, shape ``(H,)``."""
+        n = self.n_trials
         return np.unique(np.linspace(0, n - 1, min(n, MOST_STARTS)).round().astype(np.int64))
+
+    @property
+    def simulated_starts(self) -> NDArray[np.int64]:
+        """The same trials in simulation, shape ``(H,)``."""
+        return self.starts if self.task.n_trials == self.n_trials else np.zeros_like(self.starts)
 
     def evaluator(self, body: RobotConfig) -> BatchEvaluator:
         """For trials in one robot, which is ready."""
@@ -160,21 +167,21 @@ def check_scale(task: Task) -> None:
 
 def _compute(world: World, genomes: Bits, numbers: range) -> dict[str, NDArray[Any]]:
     shape = (len(genomes), len(world.starts))
-    individual, trial = np.arange(shape[0])[:, None], world.starts
+    individual, start, trial = np.arange(shape[0])[:, None], world.starts, world.simulated_starts
     fitness = np.empty((len(numbers), *shape), np.float32)
     durations_s = np.zeros(shape)
     most_failure, noise_variance = -np.inf, 0.0
     successes: list[NDArray[np.float64]] = []
     for place, number in enumerate(numbers):
         evaluator = world.evaluator(world.robots.bodies[number])
-        outcomes = evaluator.evaluate(genomes, keys(_ROOT, Purpose.ENSEMBLE, number, 0, individual, trial), trial)
+        outcomes = evaluator.evaluate(genomes, keys(_ROOT, Purpose.ENSEMBLE, number, 0, individual, start), trial)
         fitness[place] = outcomes.fitness
         durations_s += outcomes.durations_s
         successes.append(outcomes.fitness[outcomes.succeeded])
         most_failure = max(most_failure, outcomes.fitness[~outcomes.succeeded].max(initial=-np.inf))
         if place == 0:
             # the same once more, with other noise: what one trial cannot tell
-            again = evaluator.evaluate(genomes, keys(_ROOT, Purpose.ENSEMBLE, number, 1, individual, trial), trial)
+            again = evaluator.evaluate(genomes, keys(_ROOT, Purpose.ENSEMBLE, number, 1, individual, start), trial)
             noise_variance = float(np.mean((again.fitness - outcomes.fitness) ** 2) / 2.0)
     succeeded = np.concatenate(successes)
     above = succeeded[succeeded > most_failure]

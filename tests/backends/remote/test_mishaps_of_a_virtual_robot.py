@@ -19,19 +19,19 @@ from tests.backends.remote.trials import virtual_config
 
 
 def test_the_doctor_knows_a_pressed_bumper_from_a_bad_cable() -> None:
-    body = VirtualBody(CartPole(n_sensors=2))
+    body = VirtualBody(CartPole())
     body.place([0.0, 0.0, 0.5, 0.0])
     while not body.pressed:
         body.hold()
     with VirtualPosix(body) as virtual, virtual_config(virtual, "onboard").build() as robot:
-        *_, last = robot.diagnose(may_move=False)
+        *_, last = robot.diagnose()
     assert (last.check, last.verdict) == ("alarms", Verdict.BAD)
     assert "cable" not in last.advice
 
 
 def test_a_rig_port_in_use_is_told() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken, pytest.raises(ConfigError, match="--rig-port"):
-        VirtualPosix(VirtualBody(CartPole(n_sensors=2)), rig_port=taken.getsockname()[1])
+        VirtualPosix(VirtualBody(CartPole()), rig_port=taken.getsockname()[1])
 
 
 @pytest.mark.parametrize("option", ["--write", "--port", "--store"])
