@@ -106,7 +106,7 @@ class Journal:
         Raises:
             RunExists: there is a journal already.
         """
-        row = (readable(name), now_text(), root_seed, config, json.dumps(versions), parent_run)
+        row = (readable(name), now_text(), root_seed, config, json.dumps(versions), parent_run and readable(parent_run))
         make_journal(directory, row, first)
         return cls(directory)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import subprocess
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -12,6 +11,7 @@ from enum import Enum, auto
 from pathlib import Path
 
 from sceann_hil.errors import NotARun, RunIsLocked
+from sceann_hil.guarded import guarded
 from sceann_hil.journal import AttemptRow
 from sceann_hil.recording.catalog import catalog
 from sceann_hil.recording.display import require_display
@@ -238,13 +238,11 @@ def _run_viewer(source: str, window: Window) -> None:
     with tempfile.TemporaryFile() as said:
         command = [str(VIEWER), "--hide-welcome-screen", *LOCAL, "--port", "auto", *where, source]
         errors = None if window is Window.WEB else said
-        process = subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL, stderr=errors)
-        try:
-            code = process.wait()
-        except KeyboardInterrupt:
-            process.terminate()
-            process.wait()
-            return
+        with guarded(command, errors, environment) as process:
+            try:
+                code = process.wait()
+            except KeyboardInterrupt:
+                return
         if code > 0:
             said.seek(0)
             raise explain_failure(said.read().decode(errors="replace"))
