@@ -64,7 +64,7 @@ class Plan:
         longest_wall_s = trials * longest_trial_s + prompts * PROMPT_S
         return cls(
             genome_length=config.genome_length,
-            network=f"{size.n_sensors} sensors, {size.n_hidden} hidden, {size.n_motors} motors",
+            network=f"{_several(size.n_sensors, 'sensor')}, {size.n_hidden} hidden, {_several(size.n_motors, 'motor')}",
             population=config.algorithm.population,
             generations=generations,
             trials_per_individual=task.n_trials,
@@ -87,6 +87,10 @@ class Plan:
     def as_dict(self) -> dict[str, Any]:
         """The same for JSON."""
         return asdict(self)
+
+
+def _several(number: int, what: str) -> str:
+    return f"{number} {what}{'s' if number != 1 else ''}"
 
 
 def _fits(config: ExperimentConfig, cost: Amounts) -> str:
