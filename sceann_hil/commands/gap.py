@@ -239,11 +239,11 @@ def _folder(directory: Path, name: str) -> Path:
 
 def _print_comparison(report: GapReport, names: Sequence[Sequence[str]], folder: Path) -> None:
     console = Console(highlight=False)
-    table = Table("genome", report.simulation, report.robot, "gap", "95 %", title="Simulation and robot")
+    table = Table("genome", report.simulation, report.robot, "gap", "95 %")
     for gap in report.genomes:
         interval = "needs --repeats 2" if gap.low is None else f"{gap.low:+.3g} to {gap.high:+.3g}"
         table.add_row(gap.genome, f"{gap.simulated:.4g}", f"{gap.measured:.4g}", f"{gap.gap:+.3g}", interval)
-    console.print(table)
+    print_table(console, "Simulation and robot", table)
     if report.rank_correlation is not None:
         console.print(f"rank correlation {report.rank_correlation:.2f} (p = {report.p_value:.2g})")
     if report.estimate is not None:
@@ -253,10 +253,10 @@ def _print_comparison(report: GapReport, names: Sequence[Sequence[str]], folder:
 
 def _print_estimate(console: Console, estimate: GapEstimate, names: Sequence[Sequence[str]]) -> None:
     title = f"Gap of the robot, estimated from {estimate.trials} different trials"
-    table = Table("quantity", "estimate", "95 %", title=title)
+    table = Table("quantity", "estimate", "95 %")
     for row in estimate_rows(estimate, *names):
         table.add_row(*row)
-    console.print(table)
+    print_table(console, title, table)
     section = gap_section(estimate)
     if not section:
         console.print("These trials tell nothing of the robot's gap: run more, and more different ones (--top).")

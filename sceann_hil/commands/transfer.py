@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from datetime import datetime
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from sceann_hil.commands.arguments import (
     AsJson,
@@ -21,10 +19,8 @@ from sceann_hil.commands.arguments import (
     operator_override,
     overrides_of,
 )
-from sceann_hil.commands.evolve import run_experiment
+from sceann_hil.commands.evolve import new_run, run_experiment
 from sceann_hil.commands.recording import Live, Record, RecordChoice
-from sceann_hil.errors import as_user_error
-from sceann_hil.run.experiment import Experiment
 from sceann_hil.run.transfer.session import transfer_config
 
 
@@ -110,11 +106,5 @@ def transfer(
         settings=settings,
     )
     more = more_of(budget_robot, budget_wall, budget_trials)
-    directory = out or Path("runs") / f"{robot.stem}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
-    with Experiment.create(config, directory) as experiment:
-        try:
-            run_experiment(experiment, record, live, as_json, more=more)
-        except (Exception, KeyboardInterrupt) as error:
-            if as_user_error(error) is not None and experiment.forget():
-                Console(stderr=True, highlight=False).print("Nothing was begun; no run was kept.")
-            raise
+    with new_run(config, out, robot.stem) as experiment:
+        run_experiment(experiment, record, live, as_json, more=more)

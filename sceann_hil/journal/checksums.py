@@ -94,10 +94,18 @@ def _bits_of_values(column: Sequence[Any]) -> NDArray[np.uint64] | np.uint64:
     if kinds <= {float, type(None)}:
         return _of_reals(np.array(column, np.float64))
     if kinds == {str}:
-        texts = [value.encode("utf-8", "surrogatepass") for value in column]
+        texts = _encoded(column)
         lengths = np.array([*map(len, texts)], np.uint64)
         return np.array([*map(zlib.crc32, texts)], np.uint64) | lengths << np.uint64(32)
     return np.array([_bits(value) for value in column], np.uint64)
+
+
+def _encoded(texts: Sequence[str]) -> list[bytes]:
+    """In UTF-8: all at once, unless the separator is in one of them."""
+    together = "\n".join(texts).encode("utf-8", "surrogatepass").split(b"\n")
+    if len(together) == len(texts):
+        return together
+    return [text.encode("utf-8", "surrogatepass") for text in texts]
 
 
 def _of_reals(values: NDArray[Any]) -> NDArray[np.uint64]:

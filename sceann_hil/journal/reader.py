@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sceann_hil.errors import NotARun, RunIsDamaged, way_out_of_damage
-from sceann_hil.journal import schema1
+from sceann_hil.journal import schema1, schema2
 from sceann_hil.journal.attempts import attempt_row, attempt_rows
 from sceann_hil.journal.checksums import first_wrong
 from sceann_hil.journal.database import DatabaseKind, open_database, understood
@@ -31,7 +31,14 @@ from sceann_hil.journal.rows import (
     place_of,
     session_row,
 )
-from sceann_hil.journal.schema import APPLICATION_ID, JOURNAL_NAME, SCHEMA_VERSION, UNBORN_NAME, columns_of
+from sceann_hil.journal.schema import (
+    APPLICATION_ID,
+    FIRST_WITH_CHECKSUMS,
+    JOURNAL_NAME,
+    SCHEMA_VERSION,
+    UNBORN_NAME,
+    columns_of,
+)
 
 KIND = DatabaseKind(
     "journal", APPLICATION_ID, SCHEMA_VERSION, ("run", "generation", "individual", "attempt", "session", "event"),
@@ -87,7 +94,9 @@ class JournalReader:
         self._db, self._schema = open_database(KIND, self.path, write=False, checked=checked)
         if self._schema < SCHEMA_VERSION:
             with understood(self.path):
-                schema1.read_as_today(self._db)
+                schema2.read_as_today(self._db)
+                if self._schema < FIRST_WITH_CHECKSUMS:
+                    schema1.read_as_today(self._db)
 
     @property
     def database(self) -> sqlite3.Connection:
@@ -194,7 +203,7 @@ class JournalReader:
 
     def attempts(self, generation: int) -> list[AttemptRow]:
         """A generation's attempts in the order of their ids."""
-        if self._schema < SCHEMA_VERSION:
+        if self._schema < FIRST_WITH_CHECKSUMS:
             return self._attempts("WHERE generation = ? ORDER BY id", generation)
         before = self.one("SELECT max(last_attempt) FROM generation WHERE number = ?", generation - 1)[0]
         last = self.one("SELECT max(last_attempt) FROM generation WHERE number = ?", generation)[0]
@@ -249,7 +258,12 @@ class JournalReader:
 
     def count_attempts(self) -> int:
         """The highest attempt id so far."""
-        return int(self.one("SELECT coalesce(max(id), 0) FROM attempt")[0])
+        return int(
+            self.one(
+                "SELECT max((SELECT coalesce(max(id), 0) FROM attempt), "
+                "(SELECT coalesce(max(first + attempts - 1), 0) FROM batch))"
+            )[0]
+        )
 
     def measured(self, attempt: int) -> tuple[NDArray[np.uint16], NDArray[np.float32]] | None:
         """What a real robot sent in one attempt.
@@ -328,7 +342,7 @@ class JournalReader:
         with understood(self.path):
             question = f"SELECT {', '.join(columns)}, checksum FROM {table} {where}"
             rows = self._db.execute(question, values).fetchall()
-        if self._checked and self._schema == SCHEMA_VERSION:
+        if self._checked and self._schema >= FIRST_WITH_CHECKSUMS:
             self._compare(table, rows)
         return [row[:-1] for row in rows]
 
@@ -360,7 +374,7 @@ class JournalReader:
     def _attempts(self, where: str, *values: Any) -> list[AttemptRow]:
         rows = self.rows("attempt", where, *values)
         with understood(self.path):
-            if len(rows) == 1 and self._schema == SCHEMA_VERSION:
+            if len(rows) == 1 and self._schema >= FIRST_WITH_CHECKSUMS:
                 return [attempt_row(rows[0], self._starts_of(rows))]
             return attempt_rows(rows, self._starts_of(rows))
 
@@ -369,7 +383,7 @@ class JournalReader:
         if not rows:
             return {}
         ids = [row[9] for row in rows if isinstance(row[9], int)]
-        if self._schema != SCHEMA_VERSION or len(ids) < len(rows):
+        if self._schema < FIRST_WITH_CHECKSUMS or len(ids) < len(rows):
             return self.starts()
         found = self.rows("start", "WHERE id BETWEEN ? AND ?", min(ids), max(ids))
         return {row[0]: tuple(json.loads(row[1])) for row in found}

@@ -13,7 +13,9 @@ from collections.abc import Iterator
 JOURNAL_NAME = "journal.sqlite"
 UNBORN_NAME = f".{JOURNAL_NAME}.new"
 """A journal that is being made; it gets its own name when it is whole."""
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
+FIRST_WITH_CHECKSUMS = 2
+"""Schema 2 is today's without the table ``batch``."""
 APPLICATION_ID = 0x5CEA2210
 """Marks an SQLite file as a journal of ours."""
 
@@ -136,6 +138,16 @@ CREATE INDEX attempt_with_battery ON attempt (id) WHERE battery IS NOT NULL;
 CREATE INDEX individual_by_genome ON individual (genome);
 CREATE INDEX generation_by_fitness ON generation (best_fitness);
 
+CREATE TABLE batch (
+    first      INTEGER PRIMARY KEY,  -- id of the first of many attempts that are being simulated in one call
+    attempts   INTEGER NOT NULL,     -- how many, with consecutive ids; their rows take the place of this one
+    session    INTEGER REFERENCES session (id),
+    generation INTEGER NOT NULL REFERENCES generation (number),
+    intent_at  INTEGER NOT NULL,     -- as in attempt
+    slots      BLOB NOT NULL,        -- individual, trial, attempt (32 bits), start, noise_key (64): column after column
+    checksum   INTEGER
+) STRICT;
+
 CREATE TABLE trace (
     attempt  INTEGER PRIMARY KEY REFERENCES attempt (id),
     format   TEXT NOT NULL,          -- how to read data
@@ -163,6 +175,7 @@ COLUMNS = {
     "start": "id start_values",
     "attempt": "id kind session measurement generation individual trial attempt own_genome start noise_key intent_at "
     "ended_at end_reason steps value state_hash final_state robot_s fitness operator_s battery note",
+    "batch": "first attempts session generation intent_at slots",
     "trace": "attempt format data",
     "event": "id at generation kind message",
 }

@@ -13,7 +13,7 @@ import numpy as np
 from sceann_hil.errors import RunExists
 from sceann_hil.journal.reader import JournalReader
 from sceann_hil.journal.rows import AttemptRow, GenerationRow, IndividualRow
-from sceann_hil.journal.schema import SCHEMA_VERSION, columns_of
+from sceann_hil.journal.schema import FIRST_WITH_CHECKSUMS, columns_of
 from sceann_hil.places import make_folder
 
 _OF_TABLE = {"start": "start", "own_genome": "genome"}
@@ -63,7 +63,7 @@ def export_csv(reader: JournalReader, folder: Path) -> list[Path]:
 
 def _trials(reader: JournalReader) -> Iterator[Iterable[object]]:
     """Rows of the table as they are, without objects in between: there may be millions."""
-    if reader.schema_version < SCHEMA_VERSION:
+    if reader.schema_version < FIRST_WITH_CHECKSUMS:
         for generation in reader.generations():
             yield from map(_attempt_cells, reader.attempts(generation.number))
         return

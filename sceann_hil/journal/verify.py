@@ -14,8 +14,9 @@ import yaml
 from sceann_hil.errors import RunIsDamaged, UserError
 from sceann_hil.journal.database import understood
 from sceann_hil.journal.digests import begun_digest, digest_before, finished_digest
+from sceann_hil.journal.intents import unpack_slots
 from sceann_hil.journal.reader import JournalReader, journal_path
-from sceann_hil.journal.schema import SCHEMA_VERSION
+from sceann_hil.journal.schema import FIRST_WITH_CHECKSUMS
 from sceann_hil.journal.seal import is_untouched
 
 _MOST_COMPLAINTS_OF_SQLITE = 20
@@ -71,12 +72,13 @@ def examine(directory: Path) -> Verdict:
         reader = JournalReader(directory, reader.database)  # rows are compared all the same
     try:
         damage += complaints_of_sqlite(reader.database, reader.path)
-        if reader.schema_version < SCHEMA_VERSION:
+        if reader.schema_version < FIRST_WITH_CHECKSUMS:
             finished = len(reader.generations(finished=True)) if not damage else 0
             return Verdict(tuple(damage), finished, has_checksums=False)
         fundamental = [*_tried(lambda: _read(reader, "run", "start"))]
         damage += fundamental
         damage += _tried(lambda: _read(reader, "session", "measurement", "event"))
+        damage += _tried(lambda: _batches(reader))
         finished, last_sound = 0, None
         sound = not fundamental
         for number, complaints, is_finished in _generations(reader):
@@ -212,6 +214,15 @@ def _fitness_is_a_mean(reader: JournalReader) -> bool:
     saving = config.get("saving") if isinstance(config, dict) else None
     saving = saving if isinstance(saving, dict) else {}
     return all(saving.get(way) in (False, None, "off") for way in ("reuse", "pool", "racing"))
+
+
+def _batches(reader: JournalReader) -> None:
+    """Intents whose outcome is not known: of a batch that runs now, or that a process was cut off in."""
+    with understood(reader.path):
+        for first, n, *_, slots in reader.rows("batch", "ORDER BY first"):
+            unpack_slots(slots, n)
+            if reader.one("SELECT count(*) FROM attempt WHERE id BETWEEN ? AND ?", first, first + n - 1)[0]:
+                raise reader.damaged(f"batch {first} has attempts already")
 
 
 def _rest(reader: JournalReader) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import subprocess
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -12,6 +11,7 @@ from enum import Enum, auto
 from pathlib import Path
 
 from sceann_hil.errors import NotARun, RunIsLocked
+from sceann_hil.guarded import guarded
 from sceann_hil.journal import AttemptRow
 from sceann_hil.recording.catalog import catalog
 from sceann_hil.recording.display import require_display
@@ -23,7 +23,7 @@ from sceann_hil.recording.headless import (
     wait_for_views,
 )
 from sceann_hil.recording.paths import RecordingPaths
-from sceann_hil.recording.process import Detail, RecorderStatus
+from sceann_hil.recording.process import Detail, RecorderStatus, wait_for_recorder
 from sceann_hil.recording.recorder import Recorder, remedy
 from sceann_hil.recording.rrd import VIEWER, check, quiet_environment
 from sceann_hil.recording.source import RunSource
@@ -199,10 +199,17 @@ def _record_missing(
     """Missing files are made; damaged ones are not touched, because a user should know of them."""
     before = RecorderStatus.read(paths.status)
     detail = before.detail if before and generations is None else Detail.ALL
+
+    def enough() -> bool:
+        return generations is not None and all(paths.generation(number).exists() for number in generations)
+
+    # of a run that still goes on, what there is by now is shown
+    if not wait_for_recorder(paths.run_dir, report, enough):
+        return
     try:
         recorder = Recorder(paths.run_dir, detail, report, replace_damaged=False)
     except RunIsLocked:
-        return  # a recorder is at work: show what there is by now
+        return  # another one has just begun
     try:
         recorder.record(only=generations)
     finally:
@@ -231,13 +238,11 @@ def _run_viewer(source: str, window: Window) -> None:
     with tempfile.TemporaryFile() as said:
         command = [str(VIEWER), "--hide-welcome-screen", *LOCAL, "--port", "auto", *where, source]
         errors = None if window is Window.WEB else said
-        process = subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL, stderr=errors)
-        try:
-            code = process.wait()
-        except KeyboardInterrupt:
-            process.terminate()
-            process.wait()
-            return
+        with guarded(command, errors, environment) as process:
+            try:
+                code = process.wait()
+            except KeyboardInterrupt:
+                return
         if code > 0:
             said.seek(0)
             raise explain_failure(said.read().decode(errors="replace"))

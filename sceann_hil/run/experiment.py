@@ -159,8 +159,8 @@ class Experiment:
         with ExitStack() as undo:
             lock = undo.enter_context(RunLock(directory))
             if from_generation is not None:
+                _forget_recording(directory / RECORDING_NAME)
                 return_to_generation(directory, from_generation)
-                shutil.rmtree(directory / RECORDING_NAME, ignore_errors=True)
             journal = Journal(directory)
             journal.accept_other_versions = accept_other_versions
             undo.callback(journal.close)
@@ -274,6 +274,17 @@ class Experiment:
         if row is None or champion is None:
             raise RuntimeError(f"generation {number} was finished and is not in the journal")
         return Progress(row, self.config.algorithm.generations, trials, champion)
+
+
+def _forget_recording(folder: Path) -> None:
+    """Remove what was drawn of the run.
+
+    Raises:
+        RunIsLocked: a recorder is still at work; it would draw what is about to be forgotten.
+    """
+    if folder.is_dir():
+        with RunLock(folder):
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 def _is_free(directory: Path) -> bool:

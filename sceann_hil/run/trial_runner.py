@@ -17,7 +17,6 @@ What is to be run is a `TrialSet`; what the journal already holds of it is never
 from __future__ import annotations
 
 import zlib
-from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -178,20 +177,15 @@ class TrialRunner:
             TrialVoid: a trial was void more often than `RETRY_LIMIT` allows.
             RobotError: the robot's.
         """
-        queue = deque(trials.open(places).tolist())
-        while queue:
+        queue = trials.open(places)
+        while len(queue):
             self.before()
             size = self.companion.room(min(self.robot.spec.batch_size or len(queue), len(queue)))
-            batch = np.array([queue.popleft() for _ in range(size)], np.int64)
+            batch, queue = queue[:size], queue[size:]
             attended = self._attempt(trials, batch)
-            if attended is None:
-                queue.extend(batch.tolist())
-                continue
-            void = trials.open(batch).tolist()
-            if attended.at_once:
-                queue.extendleft(reversed(void))
-            else:
-                queue.extend(void)
+            again = batch if attended is None else trials.open(batch)
+            at_once = attended is not None and attended.at_once
+            queue = np.concatenate((again, queue) if at_once else (queue, again))
 
     def run_one(self, trials: TrialSet, place: int) -> bool:
         """Run one trial until it counts; False if a person wants it later. Raises like `run`."""

@@ -237,12 +237,10 @@ class Supervisor:
     def _account(self, upcoming: Upcoming, results: Results, health: Health) -> None:
         robot_s = results.durations_s.tolist()
         besides_s = max(0.0, self._pass_time() - sum(robot_s)) if self._robot.spec.batch_size else 0.0
-        for duration_s in robot_s:
-            besides_each_s = besides_s / len(robot_s)
-            self._meter.add(duration_s, besides_each_s, health.battery_fraction, counted=upcoming.settling)
-            if not upcoming.besides:
-                self._forecast.add(duration_s, besides_each_s)
+        besides_each_s = besides_s / len(robot_s)
+        self._meter.add(robot_s, besides_each_s, health.battery_fraction, counted=upcoming.settling)
         if not upcoming.besides:
+            self._forecast.add(robot_s, besides_each_s)
             self._status = replace(self._status, done=self._status.done + int(results.counts.sum()))
 
     def _stand(self, upcoming: Upcoming, results: Results, task: Task) -> None:

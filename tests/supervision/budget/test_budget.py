@@ -94,7 +94,7 @@ def test_battery_counts_what_goes_out_and_not_what_a_swap_brings(tmp_path: Path)
 def test_a_refusal_names_what_is_used_up(limit: str) -> None:
     meter = Meter(replace(INFINITE, **{limit: 0.5}), Amounts(), longest_trial_s=10.0)
     for battery in (1.0, 0.6):
-        meter.add(10.0, 1.0, battery)
+        meter.add([10.0], 1.0, battery)
     assert meter.refusal() is not None
     assert Meter(INFINITE, Amounts(1e9, 1e9, 1e9, 1e9), 10.0).refusal() is None
 
