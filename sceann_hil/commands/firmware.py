@@ -129,13 +129,14 @@ def flash_board(
     if build_only:
         console.print(f"firmware  {plan.image}", markup=False, soft_wrap=True)
     elif dry_run:
+        alone = "" if autorun is None else f", run without a host every {autorun:g} ms"
         console.print(f"firmware  {plan.image}\nupload    {plan.shell}", markup=False, soft_wrap=True)
         console.print(
-            f"genome    {image.record_crc:08x}, {len(image.genome)} bits, over {port or 'PORT'} at {baud} baud"
+            f"genome    {image.record_crc:08x}, {len(image.genome)} bits, over {port or 'PORT'} at {baud} baud{alone}"
         )
     else:
         port = port or the_only_port()
-        _tell(console, flash(image, plan_flash(image, kind, port, baud, upload_baud), port, baud, unplugged))
+        _tell(console, flash(image, plan_flash(image, kind, port, baud, upload_baud), port, baud, node, unplugged))
 
 
 def _note(text: str) -> None:
