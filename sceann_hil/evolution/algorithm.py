@@ -55,6 +55,13 @@ class Archive:
         grid[tuple(self.places.T)] = self.fitness
         return grid
 
+    @property
+    def plane(self) -> NDArray[np.float64]:
+        """`grid` over the first two axes, the best of all further ones, shape ``(cells, cells)``; one axis is a row."""
+        grid = self.grid.reshape(*self.cells[:2], -1) if len(self.cells) > 1 else self.grid[:, None, None]
+        best = np.where(np.isnan(grid), -np.inf, grid).max(axis=2)
+        return np.where(np.isinf(best), np.nan, best)
+
 
 StateT = TypeVar("StateT", bound=State)
 
@@ -101,7 +108,7 @@ class Algorithm(ABC, Generic[StateT]):
             ValueError: wrong shape, or a fitness that is not a number (a failed trial is never a number).
         """
 
-    def tell_measured(
+    def tell_with_measures(
         self,
         state: StateT,
         fitness: NDArray[np.float64],
