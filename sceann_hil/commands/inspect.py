@@ -23,7 +23,7 @@ from sceann_hil.pasting import pasteable
 from sceann_hil.recording.process import status_now
 from sceann_hil.run.champion import best_so_far, champion_of
 from sceann_hil.timespans import duration_text, moment_text
-from sceann_hil.versions import running_versions, version_differences
+from sceann_hil.versions import running_versions, version_differences, write_versions
 
 if TYPE_CHECKING:
     from sceann_hil.run.replay import Comparison
@@ -224,11 +224,14 @@ def export_tables(
 
         with StudyReader(directory) as reader:
             paths = export_study(reader, folder, Format(form))
+            made_with = [reader.versions]
     elif form == "parquet":
         raise typer.BadParameter("parquet is for studies; this is a run", param_hint="--format")
     else:
-        paths = export_csv(JournalReader(directory), folder)
-    for path in paths:
+        run = JournalReader(directory)
+        paths = export_csv(run, folder)
+        made_with = [session.versions for session in run.sessions()]
+    for path in [*paths, write_versions(folder, made_with)]:
         typer.echo(path)
 
 

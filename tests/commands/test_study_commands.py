@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from sceann_hil.errors import ExitCode
+from sceann_hil.versions import VERSIONS_NAME
 
 SMALL = """\
 name: small
@@ -169,7 +170,10 @@ def test_ctrl_c_stops_with_its_own_exit_code_and_the_study_goes_on(folder: Path)
 def test_a_study_is_exported_as_tables(folder: Path) -> None:
     done = sceann("export-csv", "studies/small", "--out", "tables", cwd=folder)
     assert done.returncode == 0, done.stderr
-    assert [Path(line).name for line in done.stdout.split()] == ["conditions.csv", "runs.csv", "best.csv"]
+    assert [Path(line).name for line in done.stdout.split()] == [
+        *("conditions.csv", "runs.csv", "best.csv"),
+        VERSIONS_NAME,
+    ]
     large = sceann("export-csv", "studies/small", "--out", "tables", "--format", "parquet", cwd=folder)
     assert large.returncode == 0, large.stderr
     assert (folder / "tables" / "runs.parquet").stat().st_size > 500
