@@ -9,10 +9,10 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 from sceann_hil.commands.arguments import AsJson, print_json
+from sceann_hil.commands.printing import print_table
 from sceann_hil.config import ExperimentConfig, noted_config, require_installed
 from sceann_hil.errors import NotARun, PackageMissing
 from sceann_hil.journal import JournalReader
@@ -155,12 +155,12 @@ def _as_dict(candidate: _Candidate, found: Robustness | None, place: int, by: Cr
 def _print(source: str, candidates: list[_Candidate], found: Robustness | None, shown: list[int]) -> None:
     console = Console(highlight=False)
     if found is None:
-        table = Table("genome", "fitness", "from", title=escape(source))
+        table = Table("genome", "fitness", "from")
         for place in shown:
             table.add_row(candidates[place].genome, f"{candidates[place].fitness:.4g}", candidates[place].origin)
-        console.print(table)
+        print_table(console, source, table)
         return
-    table = Table("genome", "from", "ideal", "disturbed: mean [95 %]", "to the first", "success", title=escape(source))
+    table = Table("genome", "from", "ideal", "disturbed: mean [95 %]", "to the first", "success")
     for place in shown:
         candidate, interval = candidates[place], found.fitness_interval(place)
         difference = found.fitness_difference(place, shown[0])
@@ -172,13 +172,11 @@ def _print(source: str, candidates: list[_Candidate], found: Robustness | None, 
             "" if place == shown[0] else f"{difference.estimate:+.3g}{' (?)' if difference.contains_zero else ''}",
             f"{found.score[place]:.1%}",
         )
-    console.print(table)
-    details = Table(
-        "genome", *(disturbance.name for disturbance in found.disturbances), title="Mean fitness under each"
-    )
+    print_table(console, source, table)
+    details = Table("genome", *(disturbance.name for disturbance in found.disturbances))
     for place in shown:
         details.add_row(candidates[place].genome, *(f"{levels[1:, place].mean():.4g}" for levels in found.fitness))
-    console.print(details)
+    print_table(console, "Mean fitness under each disturbance", details)
     console.print(
         f"Means over the levels of each disturbance, {found.repeats} repeats of every trial. (?): the 95 % interval of "
         "the difference holds 0. Success: part of these trials that reach the task's aim."

@@ -15,10 +15,16 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from enum import StrEnum
 from pathlib import Path
+from typing import Any
 
 from sceann_hil.journal.lock import RunLock
 from sceann_hil.recording.paths import RecordingPaths
 
+if sys.platform == "win32":
+    APART: dict[str, Any] = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
+else:
+    APART: dict[str, Any] = {"start_new_session": True}
+"""How a process is started that Ctrl-C in the terminal does not reach."""
 _LOOK_AGAIN_S = 0.2
 _STARTS_WITHIN_S = 60.0
 """A recorder that has not begun by then was killed before."""
@@ -151,13 +157,12 @@ class RecorderProcess:
         self._paths.folder.mkdir(exist_ok=True)
         RecorderStatus(detail=self._detail).write(self._paths.status)
         with self._paths.log.open("ab") as log:
-            # a session of its own, so that Ctrl-C in the terminal does not reach it
             self._process = subprocess.Popen(
                 [sys.executable, "-m", "sceann_hil.recording", str(self._run_dir), "--record", self._detail.value],
                 stdin=subprocess.PIPE,
                 stdout=log,
                 stderr=log,
-                start_new_session=os.name != "nt",
+                **APART,
             )
         step_back(self._process.pid)
 
@@ -200,6 +205,8 @@ class RecorderProcess:
 
 def step_back(process: int) -> None:
     """Let a process run on what others leave over, from its first moment on, as far as the system knows how."""
-    with contextlib.suppress(OSError, AttributeError):
-        os.setpriority(os.PRIO_PROCESS, process, 19)
-        os.sched_setscheduler(process, os.SCHED_IDLE, os.sched_param(0))
+    with contextlib.suppress(OSError):
+        if sys.platform != "win32":
+            os.setpriority(os.PRIO_PROCESS, process, 19)
+        if sys.platform == "linux":
+            os.sched_setscheduler(process, os.SCHED_IDLE, os.sched_param(0))

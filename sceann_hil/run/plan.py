@@ -64,7 +64,7 @@ class Plan:
         longest_wall_s = trials * longest_trial_s + prompts * PROMPT_S
         return cls(
             genome_length=config.genome_length,
-            network=f"{size.n_sensors} sensors, {size.n_hidden} hidden, {size.n_motors} motors",
+            network=f"{_several(size.n_sensors, 'sensor')}, {size.n_hidden} hidden, {_several(size.n_motors, 'motor')}",
             population=config.algorithm.population,
             generations=generations,
             trials_per_individual=task.n_trials,
@@ -73,7 +73,7 @@ class Plan:
             longest_robot_s=trials * longest_trial_s,
             prompts=prompts,
             longest_wall_s=longest_wall_s,
-            simulated=spec.repeatable,
+            simulated=spec.deterministic,
             recording_bytes=trials * (_RECORDED_BYTES + _RECORDED_BYTES_PER_STEP * task.max_steps),
             recording_s=trials * (_RECORDED_S + _RECORDED_S_PER_STEP * task.max_steps),
             fits=_fits(config, Amounts(trials * longest_trial_s, longest_wall_s, float(trials))),
@@ -87,6 +87,10 @@ class Plan:
     def as_dict(self) -> dict[str, Any]:
         """The same for JSON."""
         return asdict(self)
+
+
+def _several(number: int, what: str) -> str:
+    return f"{number} {what}{'s' if number != 1 else ''}"
 
 
 def _fits(config: ExperimentConfig, cost: Amounts) -> str:

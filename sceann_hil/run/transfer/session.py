@@ -14,7 +14,7 @@ from sceann_hil.errors import ConfigError
 from sceann_hil.journal import JournalReader
 from sceann_hil.run.transfer.preparation import simulated_body
 from sceann_hil.run.transfer.settings import TransferConfig
-from sceann_hil.run.transfer.sources import STUDY
+from sceann_hil.run.transfer.sources import kind_of
 
 
 def transfer_config(
@@ -70,7 +70,7 @@ def _experiment(
     if isinstance(data, dict) and "task" in data:
         keep = [text for text in settings if not text.startswith("algorithm")]
         return load_config(robot, keep)
-    runs = [*([again] if again is not None else []), *(source for source in sources if not (source / STUDY).exists())]
+    runs = [*([again] if again is not None else []), *(source for source in sources if kind_of(source) is None)]
     if not runs:
         raise ConfigError(
             f"{robot}: expected a whole experiment, or a run to take all but the section robot from.",
