@@ -80,7 +80,7 @@ class RobotConfig(PluginConfig):
     @property
     def simulated(self) -> RobotConfig | None:
         """The simulated robot with the same body: itself if it is one; None if nobody has described it."""
-        return self if self.spec.repeatable else None
+        return self if self.spec.deterministic else None
 
     def refuses_start(self, start: Mapping[str, float]) -> str:
         """Why no trial can begin there: outside of the arena, in an obstacle; empty if one can.

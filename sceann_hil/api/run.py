@@ -22,7 +22,7 @@ from sceann_hil.journal import AttemptKind, AttemptRow, GenerationRow, Individua
 from sceann_hil.network.coding import genome_to_hex
 from sceann_hil.robot import Results
 from sceann_hil.run.champion import champion_or_best_so_far
-from sceann_hil.run.replay import journalled_config, journalled_trials, measured_trace
+from sceann_hil.run.replay import journalled_config, journalled_trials, trace_from_sensors
 
 if TYPE_CHECKING:
     import pandas
@@ -268,14 +268,14 @@ class Run:
     def _traced(self, individual: Individual, attempts: list[AttemptRow]) -> list[Trial]:
         config, task, phenotype = self.config, self.config.build_task(), individual.phenotype
         spec = config.robot.spec
-        if spec.repeatable:
+        if spec.deterministic:
             with config.robot.build() as robot:
                 results = robot.trace(journalled_trials(self._reader, config, attempts))
         else:
             found = [
                 (row, trace)
                 for row in attempts
-                if (trace := measured_trace(self._reader, row.id, individual.weight_matrix, phenotype)) is not None
+                if (trace := trace_from_sensors(self._reader, row.id, individual.weight_matrix, phenotype)) is not None
             ]
             attempts = [row for row, _ in found]
             results = Results(

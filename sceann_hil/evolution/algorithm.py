@@ -98,7 +98,7 @@ class Algorithm(ABC, Generic[StateT]):
             ValueError: wrong shape, or a fitness that is not a number (a failed trial is never a number).
         """
 
-    def tell_measured(
+    def tell_with_measures(
         self,
         state: StateT,
         fitness: NDArray[np.float64],

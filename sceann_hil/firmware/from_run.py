@@ -62,7 +62,7 @@ def recorded_sensors(reader: JournalReader, genome: str = BEST) -> list[Sensors]
         if attempt.individual == row.number and attempt.fitness is not None
     ]
     with config.robot.build() as robot:
-        if not robot.spec.repeatable or not attempts:
+        if not robot.spec.deterministic or not attempts:
             return []
         traces = robot.trace(journalled_trials(reader, config, attempts)).traces
     return [trace.sensors for trace in traces or () if len(trace.sensors)]

@@ -167,7 +167,7 @@ def _generation(
     individuals = reader.individuals(number)
     attempts = reader.rows("attempt", "WHERE id > ? AND id <= ? ORDER BY id", after, till)
     for row in reader.rows("trace", "WHERE attempt > ? AND attempt <= ?", after, till):
-        reader.measured(row[0])
+        reader.sensor_trace(row[0])
     _understand(reader, attempts)
     with understood(reader.path):
         known, digest = reader.database.execute(

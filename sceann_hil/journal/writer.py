@@ -32,10 +32,10 @@ from sceann_hil.journal.insertion import (
 )
 from sceann_hil.journal.intents import INTENT, RESULT, Intents, Written
 from sceann_hil.journal.making import is_unborn, make_journal
-from sceann_hil.journal.measured import pack_measured
 from sceann_hil.journal.reader import KIND, JournalReader, journal_path
 from sceann_hil.journal.schema import FIRST_WITH_CHECKSUMS, SCHEMA_VERSION, columns_of
 from sceann_hil.journal.seal import Sealer
+from sceann_hil.journal.sensor_traces import pack_sensor_trace
 from sceann_hil.journal.transactions import Transactions
 from sceann_hil.journal.verify import require_sound
 from sceann_hil.network.coding import Bits
@@ -212,7 +212,7 @@ class Journal:
                 paused_s=circumstances.paused_s,
             )
             for identity, trace in zip(ids.tolist(), results.traces or (), strict=results.traces is not None):
-                insert_row(self._db, "trace", (identity, *pack_measured(trace)))
+                insert_row(self._db, "trace", (identity, *pack_sensor_trace(trace)))
 
     def annotate(self, attempt: int, words: str) -> None:
         """Add an operator's words to an attempt."""

@@ -18,7 +18,7 @@ from sceann_hil.network.controller import Dynamics, state_hash
 from sceann_hil.recording.trial import RecordedRun, RecordedTrial, as_id
 from sceann_hil.robot import EndReason, Trace
 from sceann_hil.run.champion import best_so_far
-from sceann_hil.run.replay import measured_trace
+from sceann_hil.run.replay import trace_from_sensors
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,12 +78,12 @@ class RunSource:
             state_fields=self._robot.spec.state_fields,
             accumulation=self._task.accumulation,
         )
-        if spec.repeatable:
+        if spec.deterministic:
             self._robot.connect()
 
     def close(self) -> None:
         """Let go of journal and robot."""
-        if self._robot.spec.repeatable:
+        if self._robot.spec.deterministic:
             self._robot.disconnect()
         self._reader.close()
 
@@ -155,7 +155,7 @@ class RunSource:
         return fitness, self._phenotype.decode(genomes), int(fitness.argmax())
 
     def _with_traces(self, attempts: list[AttemptRow], weights: Weights, champion: int) -> list[RecordedTrial]:
-        traced = self._traced if self._robot.spec.repeatable else self._measured
+        traced = self._traced if self._robot.spec.deterministic else self._measured
         return traced(attempts, weights, champion)
 
     def expected_trials(self, number: int) -> int:
@@ -168,15 +168,15 @@ class RunSource:
     def _drawable(self, generation: int) -> list[AttemptRow]:
         """Counted attempts of which more is known than their result."""
         counted = self._counted(generation)
-        if self._robot.spec.repeatable:
+        if self._robot.spec.deterministic:
             return counted
-        return [row for row in counted if self._reader.measured(row.id) is not None]
+        return [row for row in counted if self._reader.sensor_trace(row.id) is not None]
 
     def _measured(self, attempts: list[AttemptRow], weights: Weights, champion: int) -> list[RecordedTrial]:
         """Trials that nobody can repeat, from what the robot sent: it must agree with what the journal says."""
         recorded = []
         for row in attempts:
-            trace = measured_trace(self._reader, row.id, weights[row.individual], self._phenotype)
+            trace = trace_from_sensors(self._reader, row.id, weights[row.individual], self._phenotype)
             if trace is not None and row.end_reason is not None:
                 _must_agree(row, (row.end_reason, len(trace.sensors), state_hash(trace.u)))
                 recorded.append(_recorded(row, trace, weights, champion))

@@ -105,7 +105,7 @@ class Ancestor:
             return same, [best.id] * len(same.genomes)
         nothing = np.zeros(len(same.genomes))
         measures = np.zeros((len(same.genomes), len(config.algorithm.measures)))
-        children: State = algorithm.tell_measured(same, nothing, measures, rng)
+        children: State = algorithm.tell_with_measures(same, nothing, measures, rng)
         return replace(children, parents=np.full(len(children.genomes), -1, np.int32)), [best.id] * len(
             children.genomes
         )

@@ -58,7 +58,7 @@ def _breed(
         child = algorithm.tell(state, fitness, rng)
     else:
         measured = measures.of_generation(journal.reader, number, len(rows))
-        child = algorithm.tell_measured(state, fitness, measured, rng)
+        child = algorithm.tell_with_measures(state, fitness, measured, rng)
     _begin(journal, algorithm, number + 1, child, {row.number: row.id for row in rows})
     return number + 1, child
 

@@ -52,7 +52,7 @@ def journalled_trials(reader: JournalReader, config: ExperimentConfig, attempts:
         return config.build_task().trials(phenotype, weights, individual, trial, keys, ids, starts=starts)
 
 
-def measured_trace(reader: JournalReader, attempt: int, weights: Weights, phenotype: Phenotype) -> Trace | None:
+def trace_from_sensors(reader: JournalReader, attempt: int, weights: Weights, phenotype: Phenotype) -> Trace | None:
     """What happened in a trial that nobody can repeat: journalled sensors, and the neurons computed from them again.
 
     Args:
@@ -64,7 +64,7 @@ def measured_trace(reader: JournalReader, attempt: int, weights: Weights, phenot
     Returns:
         None if the journal has no sensors of this attempt.
     """
-    measured = reader.measured(attempt)
+    measured = reader.sensor_trace(attempt)
     if measured is None:
         return None
     sensors, states = measured
@@ -93,7 +93,7 @@ def replay(
     Args:
         reader: the run's journal.
         config: the run's configuration.
-        robot: connected, and repeatable.
+        robot: connected, and deterministic.
         attempts: of one generation, each with a result.
 
     Returns:
@@ -102,7 +102,7 @@ def replay(
     Raises:
         NotARun: the robot cannot repeat a trial, or an attempt has no result.
     """
-    if not robot.spec.repeatable:
+    if not robot.spec.deterministic:
         raise NotARun(
             f"the trials of {reader.directory} were measured on {robot.spec.name}, which cannot repeat them.",
             "`sceann status` and the recording show what was measured.",
