@@ -166,7 +166,7 @@ class DifferentialDriveConfig(RobotConfig):
             given = [name for name in _PAPER_ONLY if getattr(self, name) != fields[name].default]
             if given:
                 raise Misfit(f"{given[0]}: expected nothing here beside world, which has the sensors", *given)
-            self.world.check(self.arena_m, self.radius_m)
+            self.world.check(self.arena_m, self.target_m, self.target_radius_m)
         return self.build().spec
 
     def refuses_start(self, start: Mapping[str, float]) -> str:
@@ -175,8 +175,10 @@ class DifferentialDriveConfig(RobotConfig):
             low, high = self.radius_m, length - self.radius_m
             if not low <= value <= high:
                 return f"expected {axis} in {low:g}..{high:g} m (inside the arena), got {value:g}"
-        thing = self.world.standing_in(point, self.radius_m) if self.world is not None else ""
-        return f"expected a free place, got [{point[0]:g}, {point[1]:g}], where {thing} stands" if thing else ""
+        if self.world is None:
+            return ""
+        thing = self.world.standing_in(point, self.radius_m, self.target_m, self.target_radius_m)
+        return f"expected a free place, got [{point[0]:g}, {point[1]:g}], where {thing}" if thing else ""
 
     def build(self) -> DifferentialDrive | WorldDrive:
         if self.world is not None:
@@ -231,7 +233,7 @@ class DifferentialDrive(SimulatedRobot):
         if config.world is not None:
             raise ValueError("world: expected none for this body; build() of the configuration makes the one with it")
         super().__init__(config.gap.build(config.n_sensors, 2) if gap is None else gap, threads)
-        self._config = config
+        self._config, self.draws_noise = config, config.motion_noise > 0.0
         n_sensors = config.n_sensors
         self._spec = RobotSpec(
             name="diffdrive",

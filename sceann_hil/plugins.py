@@ -66,6 +66,9 @@ class PluginConfig(Section):
     Subclasses repeat it as ``type: Literal["name"] = "name"`` with the name of their entry point.
     """
 
+    installed: ClassVar[bool] = True
+    """False for what takes the place of a plug-in that a run was made with and that is not here."""
+
     type: str
 
 
@@ -101,7 +104,7 @@ class RobotConfig(PluginConfig):
     @property
     def simulated(self) -> RobotConfig | None:
         """The simulated robot with the same body: itself if it is one; None if nobody has described it."""
-        return self if self.spec.repeatable else None
+        return self if self.spec.deterministic else None
 
     def refuses_start(self, start: Mapping[str, float]) -> str:
         """Why no trial can begin there: outside of the arena, in an obstacle; empty if one can.

@@ -18,7 +18,6 @@ from sceann_hil.journal.attempts import attempt_row, attempt_rows
 from sceann_hil.journal.checked import CheckedRows
 from sceann_hil.journal.database import DatabaseKind, open_database, understood
 from sceann_hil.journal.entries import AttemptKind
-from sceann_hil.journal.measured import unpack_measured
 from sceann_hil.journal.rows import (
     AttemptRow,
     GenerationRow,
@@ -38,6 +37,7 @@ from sceann_hil.journal.schema import (
     UNBORN_NAME,
     columns_of,
 )
+from sceann_hil.journal.sensor_traces import unpack_sensor_trace
 
 KIND = DatabaseKind(
     "journal", APPLICATION_ID, SCHEMA_VERSION, ("run", "generation", "individual", "attempt", "session", "event"),
@@ -263,7 +263,7 @@ class JournalReader(CheckedRows):
             )[0]
         )
 
-    def measured(self, attempt: int) -> tuple[NDArray[np.uint16], NDArray[np.float32]] | None:
+    def sensor_trace(self, attempt: int) -> tuple[NDArray[np.uint16], NDArray[np.float32]] | None:
         """What a real robot sent in one attempt.
 
         Returns:
@@ -274,7 +274,7 @@ class JournalReader(CheckedRows):
         rows = self.rows("trace", "WHERE attempt = ?", attempt)
         with understood(self.path):
             try:
-                return unpack_measured(rows[0][1], rows[0][2]) if rows else None
+                return unpack_sensor_trace(rows[0][1], rows[0][2]) if rows else None
             except zlib.error as error:
                 raise ValueError(f"the sensors of trial {attempt}: {error}") from error
 

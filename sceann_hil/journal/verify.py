@@ -83,7 +83,7 @@ def examine(directory: Path, newest: int | None = None) -> Verdict:
         if reader.schema_version < FIRST_WITH_CHECKSUMS:
             finished = len(reader.generations(finished=True)) if not damage else 0
             return Verdict(tuple(damage), finished, has_checksums=False)
-        fundamental = [*_tried(lambda: _read(reader, "run", "start"))]
+        fundamental = [*_tried(lambda: _read(reader, "run", "robot", "start"))]
         damage += fundamental
         damage += _tried(lambda: _read(reader, "session", "measurement", "event"))
         damage += _tried(lambda: _batches(reader))
@@ -197,7 +197,7 @@ def _generation(
     individuals = reader.individuals(number)
     attempts = reader.rows("attempt", "WHERE id > ? AND id <= ? ORDER BY id", after, till)
     for row in reader.rows("trace", "WHERE attempt > ? AND attempt <= ?", after, till):
-        reader.measured(row[0])
+        reader.sensor_trace(row[0])
     _understand(reader, attempts)
     with understood(reader.path):
         known, digest = reader.database.execute(

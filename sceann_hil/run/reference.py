@@ -35,7 +35,7 @@ class ReferenceRuns:
             Stopped, TrialVoid, RobotError: as in `TrialRunner.run`.
         """
         every, reader = self._settings.every, self._runner.journal.reader
-        if every is None or self._runner.robot.spec.repeatable:
+        if every is None or self._runner.robot.spec.deterministic:
             return
         rows = reader.attempts_of_kind(AttemptKind.REFERENCE)
         counted_last = bool(rows) and rows[-1].fitness is not None

@@ -19,7 +19,7 @@ from sceann_hil.robot import EndReason, Results, Robot, Trials
 from sceann_hil.testing.checks import check
 
 _SAME = ("end_reasons", "steps", "hashes", "final_states")
-_WORK_ROWS = 10
+_WORK_ROWS = 12
 
 
 class BodyConformance(ABC):

@@ -122,7 +122,7 @@ class RobotConformance(ABC):
     def test_a_repeatable_robot_repeats_its_trials_bit_by_bit_in_any_batch(self) -> None:
         """Nothing to do for others."""
         with self._connected() as robot:
-            if not robot.spec.repeatable:
+            if not robot.spec.deterministic:
                 return
             trials = self._trials(robot, self.max_steps)
             batched = [robot.run(batch) for batch in trials.batches(robot.spec.batch_size)]
@@ -135,7 +135,7 @@ class RobotConformance(ABC):
     def test_a_robot_that_cannot_repeat_delivers_its_traces_with_the_results(self) -> None:
         """And is driven one trial at a time."""
         with self._connected() as robot:
-            if robot.spec.repeatable:
+            if robot.spec.deterministic:
                 return
             _check(robot.spec.batch_size == 1, "spec.batch_size: expected 1 for a robot that cannot repeat a trial")
             results = self._counted(robot, self._trials(robot, self.max_steps).take(slice(0, 1)))
@@ -168,12 +168,12 @@ class RobotConformance(ABC):
         Give a real robot a watchdog besides: against ``kill -9`` nothing on this computer helps.
         """
         with self._connected() as robot:
-            if robot.spec.repeatable:
+            if robot.spec.deterministic:
                 return
             steps = min(int(_ENDLESS_S / robot.spec.tick_s), 65_535)
             one = self._trials(robot, steps, first_id=50_000).take(slice(0, 1))
             desk, signals = Desk(asks=False), Signals(lambda _: None)
-            signals.beside(robot, desk)
+            signals.guard(robot, desk)
             timer = threading.Timer(_SIGNAL_S, os.kill, (os.getpid(), signal.SIGTERM))
             with signals.watched():
                 timer.start()

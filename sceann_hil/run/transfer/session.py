@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from sceann_hil.config import ExperimentConfig, load_config, parse_config
+from sceann_hil.config import ExperimentConfig, journalled_config, load_config
 from sceann_hil.config.data import with_robot_of
 from sceann_hil.config.document import parse
 from sceann_hil.config.file import read_text
@@ -14,7 +14,7 @@ from sceann_hil.errors import ConfigError
 from sceann_hil.journal import JournalReader
 from sceann_hil.run.transfer.preparation import simulated_body
 from sceann_hil.run.transfer.settings import TransferConfig
-from sceann_hil.run.transfer.sources import STUDY
+from sceann_hil.run.transfer.sources import kind_of
 
 
 def transfer_config(
@@ -70,7 +70,7 @@ def _experiment(
     if isinstance(data, dict) and "task" in data:
         keep = [text for text in settings if not text.startswith("algorithm")]
         return load_config(robot, keep)
-    runs = [*([again] if again is not None else []), *(source for source in sources if not (source / STUDY).exists())]
+    runs = [*([again] if again is not None else []), *(source for source in sources if kind_of(source) is None)]
     if not runs:
         raise ConfigError(
             f"{robot}: expected a whole experiment, or a run to take all but the section robot from.",
@@ -78,7 +78,7 @@ def _experiment(
         )
     reader = JournalReader(runs[0])
     try:
-        theirs = parse_config(reader.run().config, f"{runs[0]}: journalled configuration")
+        theirs = journalled_config(reader)
     finally:
         reader.close()
     return with_robot_of(theirs.with_changes({"name": None, "uncertainty.body": None}), robot)

@@ -15,6 +15,7 @@ from sceann_hil.errors import requirement_of
 from sceann_hil.run.transfer.state import Verdict
 from sceann_hil.run.transfer.words import VERDICTS, expected
 from sceann_hil.study.transfer.findings import Findings
+from sceann_hil.versions import maker
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -149,8 +150,8 @@ def _document(found: Findings, folder: Path) -> dict[str, Any]:
 def _saved(figure: Figure) -> Callable[[Path], None]:
     def draw(path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
-        for suffix in (".svg", ".png"):
-            figure.savefig(path.with_suffix(suffix), dpi=110)
+        for suffix, key in ((".svg", "Creator"), (".png", "Software")):
+            figure.savefig(path.with_suffix(suffix), dpi=110, metadata={key: maker()})
 
     return draw
 
