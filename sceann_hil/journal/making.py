@@ -20,13 +20,14 @@ def is_unborn(path: Path) -> bool:
     return path.name.startswith(UNBORN_NAME)
 
 
-def make_journal(directory: Path, run: tuple[Any, ...], first: FirstGeneration | None) -> None:
+def make_journal(directory: Path, run: tuple[Any, ...], first: FirstGeneration | None, spec: str | None = None) -> None:
     """Make a journal with a run in it, and generation 0 if it comes from another run.
 
     Args:
         directory: where; it exists.
         run: name, time, root seed, configuration, versions and parent.
         first: generation 0.
+        spec: JSON of what is known of its robot.
 
     Raises:
         RunExists: there is a journal already.
@@ -40,6 +41,8 @@ def make_journal(directory: Path, run: tuple[Any, ...], first: FirstGeneration |
     making = directory / UNBORN_NAME
     with as_ours(path), new_journal(making) as db:
         insert_row(db, "run", (1, *run))
+        if spec is not None:
+            insert_row(db, "robot", (1, spec))
         if first is not None:
             insert_generation(db, 0, first.state, first.genomes, None, first.parents, first.structures)
     making.rename(path)

@@ -71,7 +71,7 @@ def _copy(reader: JournalReader, making: Path, number: int) -> None:
 def _copy_rows(reader: JournalReader, db: sqlite3.Connection, number: int, last: int) -> None:
     """Sound rows only: of each table those of the generations that are kept, and those that belong to none."""
     sound = JournalReader(reader.directory, reader.database)  # compares every row that it reads
-    for table in ("run", "start"):
+    for table in ("run", "robot", "start"):
         for row in sound.rows(table):
             insert_row(db, table, row)
     for table in ("session", "measurement", "event"):

@@ -9,14 +9,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.config import parse_config
+from sceann_hil.config import journalled_config
 from sceann_hil.errors import ReplayDiffers
-from sceann_hil.journal import JOURNAL_NAME, AttemptRow, GenerationRow, JournalReader
+from sceann_hil.evolution.algorithm import Archive
+from sceann_hil.journal import AttemptRow, GenerationRow, JournalReader, RunRow
 from sceann_hil.journal.again import sound_trials, trial_arrays
 from sceann_hil.network.coding import Weights
 from sceann_hil.network.controller import Dynamics, state_hash
 from sceann_hil.recording.trial import RecordedRun, RecordedTrial, as_id
 from sceann_hil.robot import EndReason, Trace
+from sceann_hil.run.archive import archive_of, empty_archive
 from sceann_hil.run.champion import best_so_far
 from sceann_hil.run.replay import trace_from_sensors
 
@@ -32,6 +34,7 @@ class RecordedGeneration:
         champion: the best individual; the first of equals.
         trials: all trials that were counted, in the order of their ids.
         notes: what the journal noted in it: kind and message.
+        archive: the map that it came from; None if its algorithm keeps none.
     """
 
     row: GenerationRow
@@ -40,6 +43,12 @@ class RecordedGeneration:
     champion: int
     trials: Sequence[RecordedTrial]
     notes: Sequence[tuple[str, str]]
+    archive: Archive | None = None
+
+
+def recorded_name(run: RunRow) -> str:
+    """What recordings call a run."""
+    return as_id(f"{run.name}-{run.root_seed}")
 
 
 class RunSource:
@@ -56,17 +65,17 @@ class RunSource:
 
         Raises:
             NotARun, RunIsNewer, RunIsDamaged: it cannot be read.
-            ConfigError, PluginError: its configuration needs a package that is not there.
+            PackageMissing, ConfigError: its configuration needs a package that is not there, or in another version.
         """
         self._reader = JournalReader(run_dir)
         row = self._reader.run()
         self.config, self.seed = row.config, row.root_seed
-        config = parse_config(row.config, f"the configuration in {run_dir / JOURNAL_NAME}")
+        config = self._config = journalled_config(self._reader)
         self._robot, self._task = config.robot.build(), config.build_task()
         self._phenotype = config.phenotype
         spec = self._robot.spec
         self.run = RecordedRun(
-            name=as_id(f"{row.name}-{row.root_seed}"),
+            name=recorded_name(row),
             experiment=as_id(row.name),
             robot=spec.name,
             size=config.size,
@@ -77,6 +86,7 @@ class RunSource:
             start_fields=spec.start_fields,
             state_fields=self._robot.spec.state_fields,
             accumulation=self._task.accumulation,
+            has_map=bool(config.algorithm.measures),
         )
         if spec.deterministic:
             self._robot.connect()
@@ -119,7 +129,14 @@ class RunSource:
         fitness, weights, champion = self._population(number)
         notes = [(kind, message) for _, generation, kind, message in self._reader.events() if generation == number]
         trials = self._with_traces(self._drawable(number), weights, champion)
-        return RecordedGeneration(row, fitness, weights, champion, trials, notes)
+        return RecordedGeneration(
+            row, fitness, weights, champion, trials, notes, archive_of(self._reader, self._config, number)
+        )
+
+    @property
+    def empty_archive(self) -> Archive | None:
+        """The axes of the map; None if the algorithm keeps none."""
+        return empty_archive(self._config)
 
     def trials_of_best(self, number: int) -> list[RecordedTrial]:
         """The counted trials of a finished generation's best individual, in the order of their ids, with traces.
