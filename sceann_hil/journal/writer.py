@@ -192,8 +192,8 @@ class Journal:
         """
         n, said = len(ids), None if circumstances.note is None else readable(circumstances.note)
         names = {code: EndReason(code).name.lower() for code in set(results.end_reasons.tolist())}
-        void = [code for code in names if EndReason(code).is_void]
-        is_void = np.isin(results.end_reasons, void) if void else None
+        counts = results.counts
+        is_void = None if counts.all() else ~counts
         fresh, known, notes = self._written(ids)
         learned: list[Column] = [
             *(milliseconds(), [names[code] for code in results.end_reasons.tolist()], results.steps),
