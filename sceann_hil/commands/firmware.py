@@ -16,7 +16,16 @@ from rich.progress import Progress
 from sceann_hil.commands.arguments import AsJson, Genome, RunDirectory, print_json
 from sceann_hil.errors import FirmwareBuildFailed, RobotUnreachable, VerifyDiffers
 from sceann_hil.firmware.build import Board, board_named
-from sceann_hil.firmware.flash import UPLOAD_BAUDS, OnRobot, Unplugged, flash, flash_genome, meet, opened, plan_flash
+from sceann_hil.firmware.flash import (
+    UPLOAD_BAUDS,
+    OnRobot,
+    Unplugged,
+    flash,
+    flash_genome,
+    handshake,
+    opened,
+    plan_flash,
+)
 from sceann_hil.firmware.from_run import load_image, recorded_sensors
 from sceann_hil.firmware.header import Optimize, c_header, checked_name, write_header
 from sceann_hil.firmware.verify import random_sequences, verify
@@ -210,7 +219,7 @@ def set_node(
     """
     place = port or the_only_port()
     with opened(place, baud, node) as link:
-        descriptor = meet(link, place)
+        descriptor = handshake(link, place)
         try:
             link.request(Op.NODE, node_arguments(new_node))
         except Refused as refused:

@@ -236,7 +236,7 @@ class Unplugged:
     tick_s: float = 0.0
 
 
-def meet(link: RobotLink, place: str) -> Descriptor:
+def handshake(link: RobotLink, place: str) -> Descriptor:
     """Take the robot, and say what is wrong when there is none of ours.
 
     Raises:
@@ -257,7 +257,7 @@ def upload_genome(link: RobotLink, image: ControllerImage, place: str, unplugged
         FlashFailed: no robot of ours, it refuses, or what it holds is not what was sent.
     """
     check_size(image)
-    descriptor = meet(link, place)
+    descriptor = handshake(link, place)
     if descriptor.firmware != FIRMWARE_VERSION:
         raise FlashFailed(
             f"{place}: expected firmware {FIRMWARE_VERSION}, the robot has {descriptor.firmware}.", "Flash the board."
