@@ -15,7 +15,7 @@ from sceann_hil.firmware.build import AVR, TOOLCHAINS, Board, build_board, find_
 from sceann_hil.firmware.uf2 import uf2
 from sceann_hil.link.descriptor import Capability, Descriptor
 from sceann_hil.link.messages import store_arguments
-from sceann_hil.link.numbers import FIRMWARE_VERSION, MAX_MOTORS, MAX_SENSORS
+from sceann_hil.link.numbers import AUTORUN_S, FIRMWARE_VERSION, MAX_MOTORS, MAX_SENSORS
 from sceann_hil.link.ports import PortProblem
 from sceann_hil.link.serial_bus import BAUD, SceannSerialBus
 from sceann_hil.link.session import NoAnswer, Refused, RobotLink
@@ -73,7 +73,7 @@ class OnRobot:
         version = ".".join(map(str, d.firmware))
         kept = "kept over power loss" if self.stored else "until it is switched off"
         kept += {
-            StoreAction.AUTORUN: ", run 3 s after it is switched on",
+            StoreAction.AUTORUN: f", run {AUTORUN_S:g} s after it is switched on",
             StoreAction.BUTTON: ", run when its start button is pressed",
         }.get(self.unplugged, "")
         return (
