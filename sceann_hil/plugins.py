@@ -45,6 +45,9 @@ class PluginConfig(Section):
     Subclasses repeat it as ``type: Literal["name"] = "name"`` with the name of their entry point.
     """
 
+    installed: ClassVar[bool] = True
+    """False for what takes the place of a plug-in that a run was made with and that is not here."""
+
     type: str
 
 

@@ -20,7 +20,7 @@ from sceann_hil.journal.schema import FIRST_WITH_CHECKSUMS
 from sceann_hil.journal.seal import is_untouched
 
 _MOST_COMPLAINTS_OF_SQLITE = 20
-_SMALL_TABLES = ("run", "start", "session", "measurement", "event")
+_SMALL_TABLES = ("run", "robot", "start", "session", "measurement", "event")
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +75,7 @@ def examine(directory: Path) -> Verdict:
         if reader.schema_version < FIRST_WITH_CHECKSUMS:
             finished = len(reader.generations(finished=True)) if not damage else 0
             return Verdict(tuple(damage), finished, has_checksums=False)
-        fundamental = [*_tried(lambda: _read(reader, "run", "start"))]
+        fundamental = [*_tried(lambda: _read(reader, "run", "robot", "start"))]
         damage += fundamental
         damage += _tried(lambda: _read(reader, "session", "measurement", "event"))
         damage += _tried(lambda: _batches(reader))
