@@ -16,7 +16,8 @@ from sceann_hil.firmware.build import AVR, FIRMWARE, Board, find_tool
 from sceann_hil.firmware.emulated.measure import section_sizes
 from sceann_hil.firmware.emulated.simavr import EXTERNAL_RESET, HZ, AvrChip
 from sceann_hil.firmware.emulated.terminal import ChipTerminal
-from sceann_hil.firmware.flash import flash, flash_genome, plan_flash, upload_firmware, upload_genome
+from sceann_hil.firmware.flash import flash, flash_genome, upload_genome
+from sceann_hil.firmware.flash_plan import plan_flash, upload_firmware
 from sceann_hil.firmware.header import c_header
 from sceann_hil.firmware.verify import random_sequences, verify
 from sceann_hil.link.framed_bus import LineBus
