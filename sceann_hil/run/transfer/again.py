@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.config import parse_config
+from sceann_hil.config import journalled_config
 from sceann_hil.errors import ConfigError, NotARun
 from sceann_hil.journal import JournalReader
 from sceann_hil.network.coding import Bits
@@ -33,7 +33,7 @@ def read_transfer(directory: Path) -> tuple[TransferState, NDArray[np.float64]]:
     """
     reader = JournalReader(directory)
     try:
-        config = parse_config(reader.run().config, f"{directory}: journalled configuration")
+        config = journalled_config(reader)
         if not isinstance(config.algorithm, TransferConfig):
             raise NotARun(
                 f"{directory} is a run of algorithm {config.algorithm.type}, not of transfer.",
@@ -69,7 +69,7 @@ def candidates_and_trials(directory: Path, preparation: Preparation) -> tuple[Bi
     """
     reader = JournalReader(directory)
     try:
-        theirs = parse_config(reader.run().config, f"{directory}: journalled configuration")
+        theirs = journalled_config(reader)
     finally:
         reader.close()
     told = misfit(theirs, preparation.config)
