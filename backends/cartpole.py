@@ -94,16 +94,50 @@ def _advance(
         end_reasons[lane] = np.int32(_OUT) if abs(x) > _TRACK else end
 
 
+class CartPoleConfig(RobotConfig):
+    """A simulated cart with a pole."""
+
+    usual_uncertainty: ClassVar[Mapping[str, Any]] = {
+        "gap.sensor_offset": {"normal": [0.0, 0.005]},
+        "gap.sensor_gain": {"normal": [1.0, 0.02]},
+        "gap.sensor_noise": 0.001,
+        "gap.motor_gain": {"normal": [1.0, 0.1]},
+        "gap.motor_dead_band": {"uniform": [0.0, 0.05]},
+        "gap.latency_steps": {"uniform": [0.0, 1.49]},
+    }
+    """A position and an angle by potentiometer or encoder, a belt drive; docs/transfer.md gives the reasons."""
+
+    type: Literal["cartpole"] = "cartpole"
+    n_sensors: Literal[2, 4] = 2
+    """2: position and angle; 4: also their velocities."""
+    tick_s: Annotated[float, Field(gt=0.0, le=1.0)] = 0.02
+    """Control step, seconds."""
+    integrator: Integrator = Integrator.EULER
+    """euler (the paper's) or semi_implicit_euler."""
+    velocity_range_m_s: Annotated[float, Field(gt=0.0)] = 3.0
+    """Cart velocities from minus to plus this are scaled to [0, 1]."""
+    angular_velocity_range_rad_s: Annotated[float, Field(gt=0.0)] = 3.5
+    """Pole velocities from minus to plus this are scaled to [0, 1]."""
+    gap: GapConfig = GapConfig()
+    """How the body differs from the ideal one."""
+
+    def values_of(self, key: str) -> int:
+        return values_of_gap(key, self.n_sensors, 1)
+
+    @property
+    def spec(self) -> RobotSpec:
+        return self.build().spec
+
+    def build(self) -> CartPole:
+        return CartPole(self)
+
+
 class CartPole(SimulatedRobot):
     """Cart and pole on a track of 4.8 m. One motor: force = 10 N (2 m - 1).
 
     Args:
-        n_sensors: 2 for position and angle, 4 for these and their velocities.
-        tick_s: control step.
-        integrator: which Euler method.
-        velocity_range_m_s: cart velocities from minus to plus this scale to [0, 1].
-        angular_velocity_range_rad_s: the same for the pole.
-        gap: the body's imperfections.
+        config: sensors, times and scales.
+        gap: the body's imperfections, where they are not those of `config`.
         threads: cores to use; None for all.
     """
 
@@ -113,31 +147,21 @@ class CartPole(SimulatedRobot):
 
     def __init__(
         self,
-        n_sensors: int = 2,
-        tick_s: float = 0.02,
-        integrator: Integrator = Integrator.EULER,
-        velocity_range_m_s: float = 3.0,
-        angular_velocity_range_rad_s: float = 3.5,
-        gap: Gap = Gap(),  # noqa: B008
+        config: CartPoleConfig = CartPoleConfig(),  # noqa: B008
+        *,
+        gap: Gap | None = None,
         threads: int | None = None,
     ) -> None:
-        super().__init__(gap, threads)
-        if n_sensors not in (2, 4):
-            raise ValueError(f"n_sensors: expected 2 (x, angle) or 4 (and their velocities), got {n_sensors}")
+        super().__init__(config.gap.build(config.n_sensors, 1) if gap is None else gap, threads)
+        self._config = config
         self._spec = RobotSpec(
             name="cartpole",
-            n_sensors=n_sensors,
+            n_sensors=config.n_sensors,
             n_motors=1,
-            tick_s=tick_s,
+            tick_s=config.tick_s,
             start_fields=("x_m", "velocity_m_s", "angle_rad", "angular_velocity_rad_s"),
             state_fields=("x_m", "velocity_m_s", "angle_rad", "angular_velocity_rad_s"),
-            noise_free=gap.is_none,
-        )
-        self._parameters = (
-            tick_s,
-            float(integrator is Integrator.SEMI_IMPLICIT_EULER),
-            velocity_range_m_s,
-            angular_velocity_range_rad_s,
+            noise_free=self.gap.is_none,
         )
 
     @property
@@ -150,7 +174,10 @@ class CartPole(SimulatedRobot):
 
     @cached_property
     def parameters(self) -> NDArray[np.float32]:
-        return np.array(self._parameters, np.float32)
+        config = self._config
+        implicit = float(config.integrator is Integrator.SEMI_IMPLICIT_EULER)
+        ranges = (config.velocity_range_m_s, config.angular_velocity_range_rad_s)
+        return np.array([config.tick_s, implicit, *ranges], np.float32)
 
 
 def _drawing() -> Drawing:
@@ -203,48 +230,3 @@ def _drawing() -> Drawing:
         sensor_names=("x", "angle", "speed", "rate"),
         motor_names=("force",),
     )
-
-
-class CartPoleConfig(RobotConfig):
-    """A simulated cart with a pole."""
-
-    usual_uncertainty: ClassVar[Mapping[str, Any]] = {
-        "gap.sensor_offset": {"normal": [0.0, 0.005]},
-        "gap.sensor_gain": {"normal": [1.0, 0.02]},
-        "gap.sensor_noise": 0.001,
-        "gap.motor_gain": {"normal": [1.0, 0.1]},
-        "gap.motor_dead_band": {"uniform": [0.0, 0.05]},
-        "gap.latency_steps": {"uniform": [0.0, 1.49]},
-    }
-    """A position and an angle by potentiometer or encoder, a belt drive; docs/transfer.md gives the reasons."""
-
-    type: Literal["cartpole"] = "cartpole"
-    n_sensors: Literal[2, 4] = 2
-    """2: position and angle; 4: also their velocities."""
-    tick_s: Annotated[float, Field(gt=0.0, le=1.0)] = 0.02
-    """Control step, seconds."""
-    integrator: Integrator = Integrator.EULER
-    """euler (the paper's) or semi_implicit_euler."""
-    velocity_range_m_s: Annotated[float, Field(gt=0.0)] = 3.0
-    """Cart velocities from minus to plus this are scaled to [0, 1]."""
-    angular_velocity_range_rad_s: Annotated[float, Field(gt=0.0)] = 3.5
-    """Pole velocities from minus to plus this are scaled to [0, 1]."""
-    gap: GapConfig = GapConfig()
-    """How the body differs from the ideal one."""
-
-    def values_of(self, key: str) -> int:
-        return values_of_gap(key, self.n_sensors, 1)
-
-    @property
-    def spec(self) -> RobotSpec:
-        return self.build().spec
-
-    def build(self) -> CartPole:
-        return CartPole(
-            n_sensors=self.n_sensors,
-            tick_s=self.tick_s,
-            integrator=self.integrator,
-            velocity_range_m_s=self.velocity_range_m_s,
-            angular_velocity_range_rad_s=self.angular_velocity_range_rad_s,
-            gap=self.gap.build(self.n_sensors, 1),
-        )

@@ -7,7 +7,7 @@ were chosen by. The infrared sensors see the target only: a robot that does this
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -88,107 +88,6 @@ def _advance(
         gx, gy = parameters[_TARGET_X] - x, parameters[_TARGET_Y] - y
         at_goal = gx * gx + gy * gy <= reach * reach
         end_reasons[lane] = np.int32(_GOAL) if at_goal else np.int32(RUNNING)
-
-
-class DifferentialDrive(SimulatedRobot):
-    """A round robot with two wheels, wheel interval 2R. Motors: left, right; speed = top speed * m, m in 0..1.
-
-    A wall is slid along: the coordinate that would leave the arena is clamped. The goal is reached when the bodies of
-    robot and target touch.
-
-    Args:
-        n_sensors: infrared sensors, in the middles of equal parts of the frontal field, from right to left.
-        tick_s: control step.
-        radius_m: R of Eq. (4).
-        top_speed_m_s: of one wheel.
-        arena_m: width and height.
-        target_m: centre of the target.
-        target_radius_m: its radius.
-        sensor_field_deg: the frontal field that the sensors share.
-        sensor_half_width_deg: half opening of one sensor's cone; the target's angular radius is added.
-        sensor_reference_m: distance D0 up to which a sensor reads 1; beyond, it reads D0 / distance.
-        motion_noise: standard deviation of Eq. (4)'s errors, as a part of the step's displacement.
-        gap: the body's imperfections.
-        threads: cores to use; None for all.
-    """
-
-    sense = staticmethod(_sense)
-    advance = staticmethod(_advance)
-    n_noise = 3
-
-    def __init__(
-        self,
-        n_sensors: int = 7,
-        tick_s: float = 0.2,
-        radius_m: float = 0.0275,
-        top_speed_m_s: float = 0.08,
-        arena_m: Sequence[float] = (0.6, 0.6),
-        target_m: Sequence[float] = (0.55, 0.55),
-        target_radius_m: float = 0.05,
-        sensor_field_deg: float = 120.0,
-        sensor_half_width_deg: float = 15.0,
-        sensor_reference_m: float = 0.05,
-        motion_noise: float = 0.1,
-        gap: Gap = Gap(),  # noqa: B008
-        threads: int | None = None,
-    ) -> None:
-        super().__init__(gap, threads)
-        self._spec = RobotSpec(
-            name="diffdrive",
-            n_sensors=n_sensors,
-            n_motors=2,
-            tick_s=tick_s,
-            start_fields=("x_m", "y_m", "heading_rad"),
-            state_fields=("x_m", "y_m", "heading_rad"),
-            noise_free=gap.is_none and motion_noise == 0.0,
-        )
-        self.radius_m = radius_m
-        self.arena_m = (arena_m[0], arena_m[1])
-        self.target_m = (target_m[0], target_m[1])
-        self.target_radius_m = target_radius_m
-        self.sensor_half_width_rad = float(np.deg2rad(sensor_half_width_deg))
-        self.sensor_reference_m = sensor_reference_m
-        part = np.deg2rad(sensor_field_deg) / n_sensors
-        self.sensor_directions_rad = (np.arange(n_sensors) - (n_sensors - 1) / 2) * part
-        self._motion = (top_speed_m_s * tick_s, motion_noise)
-
-    @property
-    def spec(self) -> RobotSpec:
-        return self._spec
-
-    @property
-    def drawing(self) -> Drawing:
-        width, height = self.arena_m
-        directions = self.sensor_directions_rad.tolist()
-        fans = (Fan((0.0, 0.0), a, self.sensor_half_width_rad, 0.3 * max(self.arena_m)) for a in directions)
-        margin = max(self.arena_m) / 40
-        return Drawing(
-            title="Arena",
-            bounds_m=(-margin, width + margin, -margin, height + margin),
-            fixed=(arena_walls(width, height), Disc(self.target_m, self.target_radius_m, Look.TARGET)),
-            parts=(
-                round_robot(self.radius_m, tuple(fans), curves=Distance("distance to the target [m]", self.target_m)),
-            ),
-            from_above=True,
-            phases=Phases("target in sight", "blind", "at the target"),
-            sensor_names=tuple(f"{np.rad2deg(a):+.0f}°" if abs(a) > 1e-9 else "0°" for a in directions),
-            motor_names=("left", "right"),
-        )
-
-    @cached_property
-    def parameters(self) -> NDArray[np.float32]:
-        step_m, noise = self._motion
-        fixed = (
-            step_m,
-            self.radius_m,
-            *self.arena_m,
-            *self.target_m,
-            self.target_radius_m,
-            self.sensor_half_width_rad,
-            self.sensor_reference_m,
-            noise,
-        )
-        return np.array([*fixed, *self.sensor_directions_rad], np.float32)
 
 
 _Positive = Annotated[float, Field(gt=0.0)]
@@ -272,10 +171,7 @@ class DifferentialDriveConfig(RobotConfig):
     def build(self) -> DifferentialDrive | WorldDrive:
         if self.world is not None:
             return self._in_world(self.world)
-        settings = {
-            name: getattr(self, name) for name in type(self).model_fields if name not in ("type", "gap", "world")
-        }
-        return DifferentialDrive(**settings, gap=self.gap.build(self.n_sensors, 2))
+        return DifferentialDrive(self)
 
     def _in_world(self, world: WorldConfig) -> WorldDrive:
         senses = world.senses(self.radius_m)
@@ -294,3 +190,85 @@ class DifferentialDriveConfig(RobotConfig):
             self.tick_s,
             self.gap.build(senses.count, 2),
         )
+
+
+class DifferentialDrive(SimulatedRobot):
+    """A round robot with two wheels, wheel interval 2R. Motors: left, right; speed = top speed * m, m in 0..1.
+
+    A wall is slid along: the coordinate that would leave the arena is clamped. The goal is reached when the bodies of
+    robot and target touch.
+
+    Args:
+        config: the robot, its arena and the target; without a `world`, whose body is another one.
+        gap: the body's imperfections, where they are not those of `config`.
+        threads: cores to use; None for all.
+
+    Raises:
+        ValueError: `config` has a world; its `build` makes that body.
+    """
+
+    sense = staticmethod(_sense)
+    advance = staticmethod(_advance)
+    n_noise = 3
+
+    def __init__(
+        self,
+        config: DifferentialDriveConfig = DifferentialDriveConfig(),  # noqa: B008
+        *,
+        gap: Gap | None = None,
+        threads: int | None = None,
+    ) -> None:
+        if config.world is not None:
+            raise ValueError("world: expected none for this body; build() of the configuration makes the one with it")
+        super().__init__(config.gap.build(config.n_sensors, 2) if gap is None else gap, threads)
+        self._config = config
+        n_sensors = config.n_sensors
+        self._spec = RobotSpec(
+            name="diffdrive",
+            n_sensors=n_sensors,
+            n_motors=2,
+            tick_s=config.tick_s,
+            start_fields=("x_m", "y_m", "heading_rad"),
+            state_fields=("x_m", "y_m", "heading_rad"),
+            noise_free=self.gap.is_none and config.motion_noise == 0.0,
+        )
+        self._half_width_rad = float(np.deg2rad(config.sensor_half_width_deg))
+        part = np.deg2rad(config.sensor_field_deg) / n_sensors
+        self._directions_rad = (np.arange(n_sensors) - (n_sensors - 1) / 2) * part
+
+    @property
+    def spec(self) -> RobotSpec:
+        return self._spec
+
+    @property
+    def drawing(self) -> Drawing:
+        config, (width, height) = self._config, self._config.arena_m
+        directions = self._directions_rad.tolist()
+        fans = (Fan((0.0, 0.0), a, self._half_width_rad, 0.3 * max(config.arena_m)) for a in directions)
+        curves = Distance("distance to the target [m]", config.target_m)
+        margin = max(config.arena_m) / 40
+        return Drawing(
+            title="Arena",
+            bounds_m=(-margin, width + margin, -margin, height + margin),
+            fixed=(arena_walls(width, height), Disc(config.target_m, config.target_radius_m, Look.TARGET)),
+            parts=(round_robot(config.radius_m, tuple(fans), curves=curves),),
+            from_above=True,
+            phases=Phases("target in sight", "blind", "at the target"),
+            sensor_names=tuple(f"{np.rad2deg(a):+.0f}°" if abs(a) > 1e-9 else "0°" for a in directions),
+            motor_names=("left", "right"),
+        )
+
+    @cached_property
+    def parameters(self) -> NDArray[np.float32]:
+        config = self._config
+        fixed = (
+            config.top_speed_m_s * config.tick_s,
+            config.radius_m,
+            *config.arena_m,
+            *config.target_m,
+            config.target_radius_m,
+            self._half_width_rad,
+            config.sensor_reference_m,
+            config.motion_noise,
+        )
+        return np.array([*fixed, *self._directions_rad], np.float32)

@@ -80,7 +80,7 @@ class SceannEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         self, seen: NDArray[np.uint16], motors: NDArray[np.float64], state: NDArray[np.float32], end: EndReason | None
     ) -> float:
         accumulation = self._task.accumulation
-        if accumulation is not None and accumulation.combine in (Combine.MEAN, Combine.SUM):
+        if accumulation is not None and accumulation.combine in (Combine.MEAN, Combine.MEAN_OF_ALL, Combine.SUM):
             return float(accumulation.value(seen / SENSOR_MAX, motors, state.astype(np.float64)))
         if end is None:
             return 0.0

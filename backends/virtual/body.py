@@ -45,9 +45,12 @@ class VirtualBody:
         robot: whose body and gap.
         seed: of its noise, and of its gap: one robot has one gap for its whole life.
         battery: see `Battery`.
+        start: where it stands when it is switched on, in the order of the robot's start fields; all zero by default.
     """
 
-    def __init__(self, robot: SimulatedBody, seed: int = 1, battery: Battery = Battery()) -> None:
+    def __init__(
+        self, robot: SimulatedBody, seed: int = 1, battery: Battery = Battery(), start: Sequence[float] | None = None
+    ) -> None:
         self._body = StepwiseBody(robot, robot.gap.of_robot(seed))
         self._body.prepare()
         self._neutral = [round(robot.neutral_motor * ONE)] * robot.spec.n_motors
@@ -59,7 +62,7 @@ class VirtualBody:
         self._driven_s = 0.0
         self._moved = True
         self._ended: EndReason | None = None
-        self.place(np.zeros(len(robot.spec.start_fields)).tolist())
+        self.place(np.zeros(len(robot.spec.start_fields)).tolist() if start is None else start)
 
     @property
     def robot(self) -> SimulatedBody:

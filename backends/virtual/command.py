@@ -92,6 +92,8 @@ def virtual(
                 battery_s=battery_s,
                 seed=seed,
                 node=node,
+                # a body in a wall would press its bumper before anybody has touched it
+                start=settings.build_task().starts[0].tolist() if settings is not None else None,
             )
         )
         section = robot.section(mode)

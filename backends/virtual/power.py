@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import socket
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -95,6 +95,7 @@ def switch_on(
     battery_s: float = 3600.0,
     seed: int = 1,
     node: int = 1,
+    start: Sequence[float] | None = None,
 ) -> Iterator[VirtualRobot]:
     """A virtual robot for as long as the block lasts.
 
@@ -109,6 +110,7 @@ def switch_on(
         battery_s: driven time that its battery lasts.
         seed: of noise and gap.
         node: its number.
+        start: where its body stands, in the order of the robot's start fields.
 
     Raises:
         ConfigError: the board cannot have this body, line or store.
@@ -127,7 +129,7 @@ def switch_on(
         raise ConfigError(f"--store: expected a posix or lm3s6965 board, got {board.value}.", "Leave --store out.")
     _check_store(store)
     with ExitStack() as stack:
-        body = _body(robot, seed, battery_s, board)
+        body = _body(robot, seed, battery_s, board, start)
         rig = None
         if board is Board.UNO:
             try:
@@ -148,13 +150,15 @@ def switch_on(
         yield VirtualRobot(line, robot, rig.address if rig is not None else None, node)
 
 
-def _body(robot: RobotConfig | None, seed: int, battery_s: float, board: Board) -> VirtualBody | None:
+def _body(
+    robot: RobotConfig | None, seed: int, battery_s: float, board: Board, start: Sequence[float] | None
+) -> VirtualBody | None:
     if robot is None or board not in (Board.POSIX, Board.UNO):
         return None
     simulated = robot.build()
     if not isinstance(simulated, SimulatedBody):
         raise ConfigError(f"robot.type: expected a simulated robot, got {robot.type}.", "Name another CONFIG.")
-    return VirtualBody(simulated, seed, Battery(lasts_s=battery_s))
+    return VirtualBody(simulated, seed, Battery(lasts_s=battery_s), start)
 
 
 def _line(stack: ExitStack, end: socket.socket, port: Path | None, can: str | None, baud: int | None) -> dict[str, Any]:

@@ -52,10 +52,11 @@ def meet_arena(work: Float32Array, parameters: Float32Array) -> None:
     width, height = parameters[WIDTH], parameters[HEIGHT]
     for lane in range(LANES):
         dx, dy = work[DX, lane], work[DY, lane]
-        ahead_x = (width if dx > _F(0.0) else _F(0.0)) - work[OX, lane]
-        ahead_y = (height if dy > _F(0.0) else _F(0.0)) - work[OY, lane]
+        # first of all: a ray along a wall must look for the wall on the side that its substitute points to
         dx = dx if abs(dx) > _TINY else _TINY
         dy = dy if abs(dy) > _TINY else _TINY
+        ahead_x = (width if dx > _F(0.0) else _F(0.0)) - work[OX, lane]
+        ahead_y = (height if dy > _F(0.0) else _F(0.0)) - work[OY, lane]
         # one division for both directions
         inverse = _F(1.0) / (dx * dy)
         nearest = min(ahead_x * dy * inverse, ahead_y * dx * inverse)

@@ -20,7 +20,7 @@ from sceann_hil.errors import NotARun
 from sceann_hil.journal import AttemptKind, AttemptRow, GenerationRow, IndividualRow, JournalReader, trial_arrays
 from sceann_hil.network.coding import genome_to_hex
 from sceann_hil.robot import Results
-from sceann_hil.run.champion import champion_of
+from sceann_hil.run.champion import champion_or_best_so_far
 from sceann_hil.run.replay import journalled_config, journalled_trials, measured_trace
 
 if TYPE_CHECKING:
@@ -91,14 +91,12 @@ class Run:
         return table(("at", "generation", "kind", "message"), self._reader.events())
 
     def champion(self) -> Individual:
-        """The best individual, as `sceann status` and `sceann export` mean it.
+        """The best individual, as `sceann status` and `sceann export` mean it; in the first generation, so far.
 
         Raises:
-            NotARun: none of its generations is finished yet.
+            NotARun: none of its trials counts yet.
         """
-        row = champion_of(self._reader, keeps_best=self.config.algorithm.keeps_best)
-        if row is None:
-            raise NotARun(f"{self.directory} has no finished generation yet.", "Let it run on: `sceann resume`.")
+        row, _ = champion_or_best_so_far(self._reader, keeps_best=self.config.algorithm.keeps_best)
         return self._individual(row)
 
     def individual(self, identity: int) -> Individual:

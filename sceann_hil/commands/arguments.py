@@ -32,6 +32,10 @@ BudgetWall = Annotated[
     str | None, typer.Option("--budget-wall", metavar="TIME", help="Wall time for this, such as 3h.")
 ]
 BudgetTrials = Annotated[int | None, typer.Option("--budget-trials", min=1, metavar="N", help="Trials for this.")]
+Genome = Annotated[
+    str,
+    typer.Option("--genome", metavar="best|G:N", help="Which individual: the best, or number N of generation G."),
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document for programs.")]
 
 

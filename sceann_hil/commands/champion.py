@@ -17,7 +17,7 @@ from sceann_hil.config import ExperimentConfig, parse_config
 from sceann_hil.errors import NotARun
 from sceann_hil.journal import JournalReader
 from sceann_hil.network.coding import genome_from_hex
-from sceann_hil.run.champion import champion_of
+from sceann_hil.run.champion import best_so_far, champion_or_best_so_far
 from sceann_hil.study import STUDY_NAME, StudyReader
 from sceann_hil.study.robustness import Criterion, Robustness, measure
 
@@ -92,12 +92,14 @@ def _of_run(directory: Path, condition: int | None) -> tuple[str, ExperimentConf
     try:
         config = parse_config(reader.run().config, f"{directory}: journalled configuration")
         rows = [row for g in reader.generations(finished=True) for row in reader.individuals(g.number)]
-        best = champion_of(reader, keeps_best=config.algorithm.keeps_best)
+        best, note = champion_or_best_so_far(reader, keeps_best=config.algorithm.keeps_best)
+        leading = best_so_far(reader)
     finally:
         reader.close()
-    if best is None:
-        raise NotARun(f"{directory} has no finished generation yet.", "`sceann resume` it first.")
-    listed = [_Candidate(f"individual {row.id}", row.fitness or 0.0, row.genome, row.id == best.id) for row in rows]
+    listed = [_Candidate(row.place, row.fitness or 0.0, row.genome, row.id == best.id) for row in rows]
+    if leading is not None:
+        row, so_far = leading.individual, f"so far, {leading.trials} of {config.build_task().n_trials} trials"
+        listed.append(_Candidate(f"{row.place} ({so_far})", row.fitness or 0.0, row.genome, bool(note)))
     return f"Run {directory}", config, listed
 
 

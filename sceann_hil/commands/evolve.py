@@ -31,7 +31,16 @@ from sceann_hil.commands.arguments import (
 )
 from sceann_hil.commands.printing import print_table
 from sceann_hil.commands.progress import show_preparation, show_progress
-from sceann_hil.commands.recording import Live, Record, RecordChoice, must_be_watchable, recorded, watched_live
+from sceann_hil.commands.recording import (
+    Live,
+    Record,
+    RecordChoice,
+    live_view,
+    must_be_watchable,
+    recorded,
+    watched_live,
+)
+from sceann_hil.commands.watching import WATCH_S, Watching, WatchSeconds, must_be_a_terminal, watched
 from sceann_hil.config import load_config
 from sceann_hil.errors import ExitCode, as_user_error
 from sceann_hil.pasting import pasteable
@@ -66,6 +75,8 @@ def evolve(
     ] = Take.POPULATION,
     record: Record = RecordChoice.ALL,
     live: Live = False,
+    watch: Watching = False,
+    watch_s: WatchSeconds = WATCH_S,
     operator: OperatorOption = None,
     budget_robot: BudgetRobot = None,
     budget_wall: BudgetWall = None,
@@ -85,7 +96,7 @@ def evolve(
     directory = out or Path("runs") / f"{config.stem}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
     with Experiment.create(settings, directory, Ancestor(ancestor, take) if ancestor else None) as experiment:
         try:
-            run_experiment(experiment, record, live, as_json, more=more)
+            run_experiment(experiment, record, live, as_json, watch_s=watch_s if watch else None, more=more)
         except (Exception, KeyboardInterrupt) as error:
             # no robot, no panel, Ctrl-C meanwhile: the same command should work once that is put right
             if as_user_error(error) is not None and experiment.forget():
@@ -97,6 +108,8 @@ def resume(
     directory: RunDirectory,
     record: Record = RecordChoice.ALL,
     live: Live = False,
+    watch: Watching = False,
+    watch_s: WatchSeconds = WATCH_S,
     operator: OperatorOption = None,
     budget_robot: BudgetRobot = None,
     budget_wall: BudgetWall = None,
@@ -120,7 +133,9 @@ def resume(
     with Experiment.open(
         directory, accept_other_versions=accept_versions, from_generation=from_generation
     ) as experiment:
-        run_experiment(experiment, record, live, as_json, operator=operator, more=more)
+        run_experiment(
+            experiment, record, live, as_json, watch_s=watch_s if watch else None, operator=operator, more=more
+        )
 
 
 def run_experiment(
@@ -129,11 +144,24 @@ def run_experiment(
     live: bool,
     as_json: bool,
     *,
+    watch_s: float | None = None,
     operator: str | None = None,
     more: dict[str, float] | None = None,
 ) -> None:
-    """Run an experiment from wherever it stands, with all that a person sees of it; leaves with an exit code."""
+    """Run an experiment from wherever it stands, with all that a person sees of it; leaves with an exit code.
+
+    Args:
+        experiment: what is run.
+        record: which trials go to the viewer.
+        live: the viewer shows what happens.
+        as_json: standard output gets a document instead of a table.
+        watch_s: the best of every generation is shown again, for so many seconds at most; None for no such thing.
+        operator: who stands beside the robot, if it is somebody else than the configuration says.
+        more: what this session may spend.
+    """
     console = Console(stderr=True, highlight=False)
+    if watch_s is not None:
+        must_be_a_terminal(console)
     settings = experiment.config.operator
     if operator is not None:
         settings = experiment.config.with_changes(settings=operator_override(operator)).operator
@@ -141,25 +169,39 @@ def run_experiment(
         experiment.config.algorithm.prepare(experiment.config, preparing)
     robot = experiment.config.robot.build()
     if live:
-        must_be_watchable(robot)
+        must_be_watchable(robot, again=watch_s is not None)
     with ExitStack() as connected:
         # entered first, so left last: the robot is let go before anybody waits for recordings
         connected.enter_context(recorded(console, experiment.directory, record))
         with console.status(f"Getting {robot.spec.name} ready (compiled once, which takes some seconds)..."):
             connected.enter_context(robot)
-        if live:
-            connected.enter_context(watched_live(robot, experiment.directory, partial(_show, console)))
+        show, viewer = partial(_show, console), None
+        if live and robot.spec.batch_size == 1:
+            connected.enter_context(watched_live(robot, experiment.directory, show))
+        elif live:
+            viewer = connected.enter_context(live_view(experiment.directory, show))
         started = time.monotonic()
-        show = partial(_show, console)
         last = experiment.config.algorithm.generations
         signals = Signals(show, first=StopRequest.AFTER_GENERATION, soon=lambda: _soon(desk))
         with (
             signals.watched(),
             beside(robot, settings, show, signals.request) as desk,
-            show_progress(console, last, desk, by_trial=robot.spec.batch_size == 1) as report,
+            watched(
+                experiment.directory, console, signals.request, watch_s, own_keys=not desk.asks, viewer=viewer
+            ) as watch,
+            show_progress(
+                console,
+                last,
+                desk,
+                by_trial=robot.spec.batch_size == 1,
+                picture=watch.picture if watch is not None else None,
+            ) as report,
         ):
             signals.beside(robot, desk)
-            outcome = experiment.evolve(robot, report, signals.request, desk, more)
+            if watch is None:
+                outcome = experiment.evolve(robot, report, signals.request, desk, more)
+            else:
+                outcome = experiment.evolve(robot, watch.after(report), watch.request, desk, more)
         evolved_s = time.monotonic() - started
         if outcome in (Outcome.TERMINATED, Outcome.HUNG_UP):
             # whoever asks for the end waits for no recordings
@@ -222,11 +264,17 @@ def _summary(experiment: Experiment, outcome: Outcome, evolved_s: float) -> dict
         if champion is None
         else {
             "individual": champion.id,
+            "generation": champion.generation,
+            "number": champion.number,
             "fitness": champion.fitness,
             "genome": champion.genome,
             "success_rate_of_its_generation": generations[-1].success_rate,
         },
     }
+
+
+def _place_of(champion: dict[str, Any]) -> str:
+    return f"generation {champion['generation']}, individual {champion['number']}"
 
 
 def _print_summary(console: Console, summary: dict[str, Any], record: RecordChoice) -> None:
@@ -235,7 +283,7 @@ def _print_summary(console: Console, summary: dict[str, Any], record: RecordChoi
     table.add_row("generations", f"{summary['generations']}")
     table.add_row("trials", f"{summary['trials']} in {summary['evolved_s']:.1f} s")
     if champion:
-        table.add_row("best fitness", f"[bold]{champion['fitness']:.4g}[/] (individual {champion['individual']})")
+        table.add_row("best fitness", f"[bold]{champion['fitness']:.4g}[/] ({_place_of(champion)})")
         table.add_row("its genome", champion["genome"])
     print_table(console, f"Run {directory}: {summary['outcome'].replace('_', ' ')}", table)
     follow = ["status"] if summary["outcome"] == "finished" else ["resume", "status"]

@@ -13,11 +13,11 @@ import typer
 from rich.console import Console
 from rich.progress import Progress
 
-from sceann_hil.commands.arguments import AsJson, RunDirectory, print_json
+from sceann_hil.commands.arguments import AsJson, Genome, RunDirectory, print_json
 from sceann_hil.errors import FirmwareBuildFailed, RobotUnreachable, VerifyDiffers
 from sceann_hil.firmware.build import Board, board_named
 from sceann_hil.firmware.flash import UPLOAD_BAUDS, OnRobot, Unplugged, flash, flash_genome, meet, opened, plan_flash
-from sceann_hil.firmware.from_run import BEST, load_image, recorded_sensors
+from sceann_hil.firmware.from_run import load_image, recorded_sensors
 from sceann_hil.firmware.header import Optimize, c_header, checked_name, write_header
 from sceann_hil.firmware.verify import random_sequences, verify
 from sceann_hil.journal import JournalReader
@@ -29,7 +29,6 @@ from sceann_hil.link.session import Refused, RobotLink
 from sceann_hil.link.vocabulary import Op, Status, StoreAction
 from sceann_hil.robot import LinkError
 
-Genome = Annotated[str, typer.Option("--genome", metavar="best|ID", help="Which individual.")]
 BoardName = Annotated[
     str | None,
     typer.Option("--board", help=f"One of {', '.join(board.value for board in Board)}.", show_default=False),
@@ -50,7 +49,7 @@ def register(app: typer.Typer) -> None:
 
 def export(
     directory: RunDirectory,
-    genome: Genome = BEST,
+    genome: Genome = "best",
     output: Annotated[Path | None, typer.Option("-o", "--output", help="File; standard output without it.")] = None,
     name: Name = "controller",
     optimize: Annotated[Optimize, typer.Option("--optimize", help="What the code saves.")] = Optimize.SPEED,
@@ -60,7 +59,7 @@ def export(
     Example: sceann export runs/first --name walker -o walker.h
     """
     checked_name(name)
-    image = load_image(JournalReader(directory), genome, f"--name {name} --optimize {optimize.value}")
+    image = load_image(JournalReader(directory), genome, f"--name {name} --optimize {optimize.value}", _note)
     text = c_header(image, name, optimize)
     if output is None:
         typer.echo(text, nl=False)
@@ -71,7 +70,7 @@ def export(
 def flash_board(
     directory: RunDirectory,
     board: BoardName = None,
-    genome: Genome = BEST,
+    genome: Genome = "best",
     port: Port = None,
     baud: Baud = BAUD,
     node: Node = 1,
@@ -106,7 +105,7 @@ def flash_board(
     unplugged = Unplugged()
     if autorun is not None:
         unplugged = Unplugged(StoreAction.BUTTON if on_button else StoreAction.AUTORUN, autorun / 1000.0)
-    image = load_image(JournalReader(directory), genome, "--name controller --optimize speed")
+    image = load_image(JournalReader(directory), genome, "--name controller --optimize speed", _note)
     if header_only:
         write_header(Path("controller.h"), c_header(image))
         console.print("controller.h written")
@@ -130,6 +129,10 @@ def flash_board(
         _tell(console, flash(image, plan_flash(image, kind, port, baud, upload_baud), port, baud, unplugged))
 
 
+def _note(text: str) -> None:
+    typer.echo(f"note: {text}", err=True)
+
+
 def _tell(console: Console, on_robot: OnRobot) -> None:
     console.print(f"now on the robot: {on_robot}", markup=False)
 
@@ -137,7 +140,7 @@ def _tell(console: Console, on_robot: OnRobot) -> None:
 def verify_board(
     directory: RunDirectory,
     board: BoardName = None,
-    genome: Genome = BEST,
+    genome: Genome = "best",
     port: Port = None,
     baud: Baud = BAUD,
     node: Node = 1,
@@ -157,7 +160,7 @@ def verify_board(
         raise typer.BadParameter("expected --port (a robot) or --board (to be emulated)")
     kind = board_named(board) if board is not None else None
     reader = JournalReader(directory)
-    image, recorded = load_image(reader, genome), recorded_sensors(reader, genome)
+    image, recorded = load_image(reader, genome, note=_note), recorded_sensors(reader, genome)
     generated = random_sequences(np.random.default_rng(seed), sequences, steps, image.size.n_sensors)
     place = port or f"the emulated {board}"
     with Progress(transient=True, disable=as_json) as progress, _link(kind, port, baud, node) as link:

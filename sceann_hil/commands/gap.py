@@ -17,6 +17,7 @@ from sceann_hil.commands.arguments import (
     BudgetRobot,
     BudgetTrials,
     BudgetWall,
+    Genome,
     OperatorOption,
     RunDirectory,
     json_text,
@@ -32,7 +33,7 @@ from sceann_hil.journal import AttemptKind, IndividualRow, JournalReader
 from sceann_hil.places import make_folder
 from sceann_hil.robot import GapEstimate
 from sceann_hil.robot.signal_names import motor_names, sensor_names
-from sceann_hil.run.champion import champion_of
+from sceann_hil.run.chosen import chosen_individual
 from sceann_hil.run.replay import journalled_config
 from sceann_hil.study.gap import GapReport, Spread, estimate_rows, gap_section
 from sceann_hil.supervision.drift import Drift
@@ -109,7 +110,7 @@ def compare(
 
 def repeat(
     directory: RunDirectory,
-    genome: Annotated[str, typer.Option("--genome", help="best, or an individual's number.")] = "best",
+    genome: Genome = "best",
     n: Annotated[int, typer.Option("-n", min=2, help="How often it runs all its trials.")] = 20,
     on: OnRobot = None,
     operator: OperatorOption = None,
@@ -129,7 +130,9 @@ def repeat(
     config = journalled_config(reader).with_changes(settings=operator_override(operator))
     if on is not None:
         config = with_robot_of(config, on).with_changes(settings=operator_override(operator))
-    row = _individual(reader, genome)
+    row, note = chosen_individual(reader, genome)
+    if note:
+        typer.echo(f"note: {note}", err=True)
     folder = _folder(directory, "repeat")
     measurement, _ = measured(directory, config, "repeat", row.genome_bits(config.genome_length)[None], n, more)
     fitness = measurement.repeats[0]
@@ -141,9 +144,12 @@ def repeat(
     differences = [part * width for part in (0.02, 0.05, 0.1, 0.2)]
     from sceann_hil.study.gap import figures
 
-    figures.draw_spread(fitness.tolist(), spread, folder / f"individual-{row.id}.png")
+    drawn = folder / f"individual-{row.generation}-{row.number}.png"
+    figures.draw_spread(fitness.tolist(), spread, drawn)
     document = {
         "individual": row.id,
+        "generation": row.generation,
+        "number": row.number,
         "genome": row.genome,
         "robot": measurement.robot,
         "fitness": fitness.tolist(),
@@ -155,7 +161,7 @@ def repeat(
         "folder": str(folder),
         "versions": running_versions(),
     }
-    (folder / f"individual-{row.id}.json").write_text(json_text(document), encoding="utf-8")
+    drawn.with_suffix(".json").write_text(json_text(document), encoding="utf-8")
     if as_json:
         print_json(document)
         return
@@ -166,7 +172,7 @@ def repeat(
     for difference in differences:
         needed = spread.repeats_to_tell(difference)
         table.add_row(f"repeats of each to tell a difference of {difference:.3g}", str(needed))
-    print_table(Console(), f"Individual {row.id}, {n} times on {measurement.robot}", table)
+    print_table(Console(), f"{row.place.capitalize()}: {n} times on {measurement.robot}", table)
     typer.echo(folder)
 
 
@@ -223,17 +229,6 @@ def _best(reader: JournalReader, top: int, *, keeps_best: bool) -> list[Individu
     rows = [row for number in numbers for row in reader.individuals(number)]
     rows.sort(key=lambda row: -(row.fitness or 0.0))
     return list({row.genome: row for row in reversed(rows)}.values())[::-1][:top]
-
-
-def _individual(reader: JournalReader, genome: str) -> IndividualRow:
-    if genome != "best":
-        if not genome.isdecimal():
-            raise typer.BadParameter(f"expected best or an individual's number, got {genome}")
-        return reader.individual(int(genome))
-    champion = champion_of(reader, keeps_best=journalled_config(reader).algorithm.keeps_best)
-    if champion is None:
-        raise NotARun(f"{reader.directory} has no finished generation yet.", "`sceann resume` it first.")
-    return champion
 
 
 def _folder(directory: Path, name: str) -> Path:

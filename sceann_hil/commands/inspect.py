@@ -15,11 +15,11 @@ from sceann_hil.commands.arguments import AsJson, RunDirectory, print_json
 from sceann_hil.commands.printing import print_table
 from sceann_hil.config import outline_of
 from sceann_hil.errors import ReplayDiffers
-from sceann_hil.journal import AttemptRow, JournalReader, RunLock
+from sceann_hil.journal import AttemptRow, IndividualRow, JournalReader, RunLock
 from sceann_hil.journal.tables import export_csv
 from sceann_hil.journal.verify import require_sound
 from sceann_hil.pasting import pasteable
-from sceann_hil.run.champion import champion_of
+from sceann_hil.run.champion import best_so_far, champion_of
 from sceann_hil.versions import running_versions, version_differences
 
 if TYPE_CHECKING:
@@ -47,6 +47,7 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
     events = reader.events()
     finished = len(generations) == last + 1 or (bool(events) and events[-1][2] == "finished")
     state = "finished" if finished else "running" if RunLock.is_held(directory) else "stopped"
+    leading = None if finished else best_so_far(reader)
     best = max(generations, key=lambda row: row.best_fitness or 0.0, default=None)
     document: dict[str, Any] = {
         "directory": str(directory),
@@ -57,11 +58,12 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
         "generations_finished": len(generations),
         "generations_in_all": last + 1,
         "trials": reader.count_attempts(),
-        "robot_s": sum(row.robot_s or 0.0 for row in generations),
-        "wall_s": sum(row.wall_s or 0.0 for row in generations),
+        "robot_s": sum(robot_s for _, _, robot_s, _ in reader.costs()),
+        "wall_s": sum(row.wall_s for row in sessions),
         "operator_s": reader.operator_s(),
         "best_fitness_ever": best and best.best_fitness,
-        "champion": champion and {"individual": champion.id, "fitness": champion.fitness, "genome": champion.genome},
+        "champion": champion and _document_of(champion),
+        "best_so_far": leading and {**_document_of(leading.individual), "trials": leading.trials},
         "versions": run.versions,
         "sessions": [
             {
@@ -93,13 +95,22 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
     if len({versions for versions, _, _ in kinds}) > 1 or len(kinds) > len({robot for _, robot, _ in kinds}):
         table.add_row("sessions", f"{len(sessions)}, on different versions or bodies: --json lists them")
     if champion:
-        table.add_row("champion", f"individual {champion.id}, fitness [bold]{champion.fitness:.4g}[/]")
+        table.add_row("champion", f"{champion.place}: fitness [bold]{champion.fitness:.4g}[/]")
         table.add_row("its genome", champion.genome)
+    if leading:
+        table.add_row("unfinished generation", f"{leading.individual.generation}, {leading.counted} trials counted")
+        so_far = f"individual {leading.individual.number}: fitness [bold]{leading.individual.fitness:.4g}[/]"
+        table.add_row("best in it so far", f"{so_far}, {leading.trials} trial{'s' if leading.trials > 1 else ''}")
     print_table(console, f"{run.name}: {state}", table)
     if generations:
         console.print("best fitness by generation", _sparkline([row.best_fitness or 0.0 for row in generations]))
     if state == "stopped":
         console.print(f"  sceann resume {pasteable(directory)}", markup=False, soft_wrap=True)
+
+
+def _document_of(row: IndividualRow) -> dict[str, Any]:
+    told = {"individual": row.id, "generation": row.generation, "number": row.number}
+    return {**told, "fitness": row.fitness, "genome": row.genome}
 
 
 def replay_trial(

@@ -56,7 +56,12 @@ def show_preparation(console: Console) -> Iterator[Callable[[str, int, int], Non
 
 @contextmanager
 def show_progress(
-    console: Console, last_generation: int, desk: Desk | None = None, *, by_trial: bool = True
+    console: Console,
+    last_generation: int,
+    desk: Desk | None = None,
+    *,
+    by_trial: bool = True,
+    picture: Callable[[], RenderableType] | None = None,
 ) -> Iterator[Callable[[RunProgress], None]]:
     """A function for `Experiment.evolve` to report to.
 
@@ -65,6 +70,7 @@ def show_progress(
         last_generation: number of the run's last generation.
         desk: where the run tells how its trials stand, and the console what is being typed.
         by_trial: the robot does its trials one by one.
+        picture: drawn above the bar on a terminal.
     """
     by_trial = by_trial and desk is not None
     if not console.is_terminal:
@@ -80,7 +86,7 @@ def show_progress(
         TextColumn("ETA"),
         TimeRemainingColumn(compact=True),
     )
-    with _Clocked(*columns, console=console, transient=True, desk=desk, clock=by_trial) as bar:
+    with _Clocked(*columns, console=console, transient=True, desk=desk, clock=by_trial, picture=picture) as bar:
         shown = bar.add_task("evolve", total=last_generation, best="-", mean="-", rate="-")
 
         def report(progress: RunProgress) -> None:
@@ -105,6 +111,7 @@ class _Clocked(Progress):
         transient: nothing is left of it in the end.
         desk: whose trial, and what is typed beside it; without one there is no such line.
         clock: whether its trial is shown.
+        picture: what is drawn above the bar.
     """
 
     def __init__(
@@ -114,12 +121,16 @@ class _Clocked(Progress):
         transient: bool,
         desk: Desk | None,
         clock: bool = True,
+        picture: Callable[[], RenderableType] | None = None,
     ) -> None:
+        self._picture = picture
         self._desk = desk
         self._clock = Clock() if clock else None
         super().__init__(*columns, console=console, transient=transient)
 
     def get_renderables(self) -> Iterable[RenderableType]:
+        if self._picture is not None:
+            yield self._picture()
         yield from super().get_renderables()
         if self._desk is not None and self._clock is not None:
             yield Text(self._clock.line(self._desk.view()), overflow="ellipsis", no_wrap=True)
@@ -159,6 +170,7 @@ class Clock:
             f"trial {min(status.done + 1, status.todo)} of {status.todo}",
             f"{doing} {_clock(time.monotonic() - self._since_s)}",
             *status.left,
+            status.best,
             status.forecast,
         ]
         return " · ".join(part for part in parts if part)

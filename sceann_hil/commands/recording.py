@@ -40,30 +40,54 @@ Record = Annotated[
 
 
 Live = Annotated[
-    bool, typer.Option("--live", help="Show the running trial in the viewer while the robot moves (not in simulation).")
+    bool,
+    typer.Option(
+        "--live", help="Show the running trial in the viewer while the robot moves; in simulation only with --watch."
+    ),
 ]
 
 
-def must_be_watchable(robot: Robot) -> None:
+def must_be_watchable(robot: Robot, *, again: bool = False) -> None:
     """Refuse a live view that would show nothing.
+
+    Args:
+        robot: whose trials.
+        again: trials are shown again afterwards.
 
     Raises:
         ViewerUnavailable: the robot has no steps to watch, or there is no display.
     """
-    if robot.spec.batch_size != 1:
+    if robot.spec.batch_size != 1 and not again:
         raise ViewerUnavailable(
             f"--live: {robot.spec.name} does whole batches of trials at once; there are no steps to watch.",
-            "Leave --live out; `sceann view RUN` shows every trial afterwards.",
+            "Add --watch, which shows the best of every generation again, or leave --live out: `sceann view RUN` shows "
+            "every trial afterwards.",
         )
     require_display()
 
 
 @contextmanager
 def watched_live(robot: Robot, directory: Path, show: Callable[[str], object]) -> Iterator[None]:
-    """Show the robot's trials during the block. The run goes on without a viewer, but not without saying so.
+    """Show the robot's trials during the block, as `live_view`.
 
     Args:
         robot: whose trials.
+        directory: of the run.
+        show: prints a line.
+    """
+    with live_view(directory, show) as feed:
+        robot.observe(feed)
+        try:
+            yield
+        finally:
+            robot.observe(None)
+
+
+@contextmanager
+def live_view(directory: Path, show: Callable[[str], object]) -> Iterator[LiveFeed]:
+    """A viewer for trials as they happen. The run goes on without it, but not without saying so.
+
+    Args:
         directory: of the run.
         show: prints a line.
     """
@@ -78,13 +102,11 @@ def watched_live(robot: Robot, directory: Path, show: Callable[[str], object]) -
 
     watcher = threading.Thread(target=watch, name="live view", daemon=True)
     watcher.start()
-    robot.observe(feed)
     try:
-        yield
+        yield feed
     finally:
         over.set()
         watcher.join()
-        robot.observe(None)
         feed.close()
 
 

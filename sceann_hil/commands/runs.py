@@ -195,7 +195,7 @@ def _read(run: Path, shown: str) -> RunLine:
             generations=len(done),
             generations_in_all=outline.generations + 1,
             trials=reader.count_attempts(),
-            robot_s=sum(generation.robot_s or 0.0 for generation in done),
+            robot_s=sum(robot_s for _, _, robot_s, _ in reader.costs()),
             best_fitness=max((g.best_fitness for g in done if g.best_fitness is not None), default=None),
         )
     finally:

@@ -66,33 +66,20 @@ class GenerationalAlgorithm(Algorithm[StateT]):
 
     Args:
         genome_length: L, bits per genome, 1 to `MAX_GENOME_LENGTH`.
-        population: individuals, at least 2.
-        tournament: contestants per tournament, at least 1.
-        mutation_rate: probability that a bit of a child flips, 0 to 1; None for ``1 / genome_length``.
-        elites: best individuals kept unchanged, 0 to ``population - 1``.
+        config: its settings.
 
     Raises:
-        ValueError: a number is out of its range.
+        ValueError: genomes of such a length cannot be.
     """
 
-    def __init__(
-        self, genome_length: int, population: int, tournament: int, mutation_rate: float | None, elites: int
-    ) -> None:
-        rate = 1.0 / max(genome_length, 1) if mutation_rate is None else mutation_rate
-        for name, value, least, most in (
-            ("genome_length", genome_length, 1, MAX_GENOME_LENGTH),
-            ("population", population, 2, 2**31 - 1),
-            ("tournament", tournament, 1, 2**31 - 1),
-            ("mutation_rate", rate, 0, 1),
-            ("elites", elites, 0, population - 1),
-        ):
-            if not least <= value <= most:
-                raise ValueError(f"{name}: expected {least} to {most}, got {value}")
+    def __init__(self, genome_length: int, config: GenerationalConfig) -> None:
+        if not 1 <= genome_length <= MAX_GENOME_LENGTH:
+            raise ValueError(f"genome_length: expected 1 to {MAX_GENOME_LENGTH}, got {genome_length}")
         self.genome_length = genome_length
-        self.population = population
-        self.tournament = tournament
-        self.mutation_rate = rate
-        self.elites = elites
+        self.population = config.population
+        self.tournament = config.tournament
+        self.mutation_rate = 1.0 / genome_length if config.mutation_rate is None else config.mutation_rate
+        self.elites = config.elites
 
     def _checked_fitness(self, fitness: NDArray[np.float64]) -> NDArray[np.float64]:
         """See `checked_fitness`."""

@@ -41,40 +41,42 @@ class OGAState(State):
     operons: NDArray[np.int16]
 
 
+class OGAConfig(OGAOptions, GenerationalConfig):
+    """Settings of the operon-GA (reconstruction OGA-R)."""
+
+    type: Literal["oga"] = "oga"
+    tournament: int = Field(
+        default=6,
+        ge=1,
+        le=100_000,
+        description="Contestants per tournament, drawn with replacement; 1 = no selection.",
+    )
+
+    def build(self, genome_length: int) -> OGA:
+        """The algorithm for genomes of `genome_length` bits."""
+        return OGA(genome_length, self)
+
+
 class OGA(GenerationalAlgorithm[OGAState]):
     """The operon-GA, reconstruction OGA-R.
 
     Args:
         genome_length: L, bits per genome.
-        population: individuals.
-        tournament: contestants per tournament.
-        mutation_rate: probability that a value of a child flips; None for ``1 / genome_length``.
-        elites: best individuals kept unchanged.
-        options: how a child is varied.
+        config: its settings.
 
     Raises:
-        ValueError: a number is out of range, or `options.parameter_loci` does not divide `genome_length`.
+        ValueError: genomes of such a length cannot be, or `parameter_loci` does not divide it.
     """
 
-    def __init__(
-        self,
-        genome_length: int,
-        *,
-        population: int = 25,
-        tournament: int = 6,
-        mutation_rate: float | None = None,
-        elites: int = 1,
-        options: OGAOptions | None = None,
-    ) -> None:
-        super().__init__(genome_length, population, tournament, mutation_rate, elites)
-        self.options = OGAOptions() if options is None else options
-        if self.options.parameter_loci is not None and genome_length % self.options.parameter_loci:
+    def __init__(self, genome_length: int, config: OGAConfig = OGAConfig()) -> None:  # noqa: B008
+        super().__init__(genome_length, config)
+        self.options: OGAOptions = config
+        if config.parameter_loci is not None and genome_length % config.parameter_loci:
             raise ValueError(
-                f"parameter_loci: expected a divisor of the genome's {genome_length} bits, "
-                f"got {self.options.parameter_loci}"
+                f"parameter_loci: expected a divisor of the genome's {genome_length} bits, got {config.parameter_loci}"
             )
-        self._rules = self.options.rules()
-        self._header = Header("OGA", _VERSION, self.options.cap, population, genome_length)
+        self._rules = config.rules()
+        self._header = Header("OGA", _VERSION, config.cap, config.population, genome_length)
 
     def start(self, rng: np.random.Generator) -> OGAState:
         """Random bits in the lists and operons of the options."""
@@ -208,26 +210,3 @@ def numbered_by_first_appearance(labels: NDArray[np.integer]) -> NDArray[np.int1
     """The partition that `labels` (shape ``(L,)``) describes, in its one canonical form."""
     _, first, inverse = np.unique(labels, return_index=True, return_inverse=True)
     return np.argsort(np.argsort(first)).astype(np.int16)[inverse]
-
-
-class OGAConfig(OGAOptions, GenerationalConfig):
-    """Settings of the operon-GA (reconstruction OGA-R)."""
-
-    type: Literal["oga"] = "oga"
-    tournament: int = Field(
-        default=6,
-        ge=1,
-        le=100_000,
-        description="Contestants per tournament, drawn with replacement; 1 = no selection.",
-    )
-
-    def build(self, genome_length: int) -> OGA:
-        """The algorithm for genomes of `genome_length` bits."""
-        return OGA(
-            genome_length,
-            population=self.population,
-            tournament=self.tournament,
-            mutation_rate=self.mutation_rate,
-            elites=self.elites,
-            options=self,
-        )

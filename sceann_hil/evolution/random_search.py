@@ -17,20 +17,47 @@ from sceann_hil.plugins import AlgorithmConfig
 _VERSION = 1
 
 
+class RandomSearchConfig(AlgorithmConfig):
+    """Settings of the random search."""
+
+    compares_only: ClassVar[bool] = True
+
+    type: Literal["random"] = "random"
+    population: Annotated[int, Field(ge=2, le=100_000)] = 25
+    """Individuals per generation."""
+    generations: Annotated[int, Field(ge=0, le=10_000_000)] = 50
+    """Generations after the initial one, so one more is evaluated."""
+    elites: Annotated[int, Field(ge=0)] = 1
+    """Best individuals that stay; fewer than population."""
+
+    @property
+    def keeps_best(self) -> bool:
+        return self.elites > 0
+
+    @model_validator(mode="after")
+    def _elites_leave_room(self) -> Self:
+        if self.elites >= self.population:
+            raise ValueError(f"elites: expected fewer than population ({self.population}), got {self.elites}")
+        return self
+
+    def build(self, genome_length: int) -> RandomSearch:
+        """The algorithm for genomes of `genome_length` bits."""
+        return RandomSearch(genome_length, self)
+
+
 class RandomSearch(Algorithm[State]):
     """Fresh random genomes in every generation; only the elites stay.
 
     Args:
         genome_length: L, bits per genome.
-        population: individuals.
-        elites: best individuals kept, the first of equals first.
+        config: its settings; of equals the first are kept.
     """
 
-    def __init__(self, genome_length: int, population: int, elites: int) -> None:
+    def __init__(self, genome_length: int, config: RandomSearchConfig = RandomSearchConfig()) -> None:  # noqa: B008
         self.genome_length = genome_length
-        self.population = population
-        self.elites = elites
-        self._header = Header("RND", _VERSION, 1, population, genome_length)
+        self.population = config.population
+        self.elites = config.elites
+        self._header = Header("RND", _VERSION, 1, config.population, genome_length)
 
     def start(self, rng: np.random.Generator) -> State:
         """Independent fair bits."""
@@ -69,31 +96,3 @@ class RandomSearch(Algorithm[State]):
     @staticmethod
     def _state(genomes: Bits, parents: NDArray[np.int32]) -> State:
         return State(read_only(np.ascontiguousarray(genomes)), read_only(parents))
-
-
-class RandomSearchConfig(AlgorithmConfig):
-    """Settings of the random search."""
-
-    compares_only: ClassVar[bool] = True
-
-    type: Literal["random"] = "random"
-    population: Annotated[int, Field(ge=2, le=100_000)] = 25
-    """Individuals per generation."""
-    generations: Annotated[int, Field(ge=0, le=10_000_000)] = 50
-    """Generations after the initial one, so one more is evaluated."""
-    elites: Annotated[int, Field(ge=0)] = 1
-    """Best individuals that stay; fewer than population."""
-
-    @property
-    def keeps_best(self) -> bool:
-        return self.elites > 0
-
-    @model_validator(mode="after")
-    def _elites_leave_room(self) -> Self:
-        if self.elites >= self.population:
-            raise ValueError(f"elites: expected fewer than population ({self.population}), got {self.elites}")
-        return self
-
-    def build(self, genome_length: int) -> RandomSearch:
-        """The algorithm for genomes of `genome_length` bits."""
-        return RandomSearch(genome_length, self.population, self.elites)

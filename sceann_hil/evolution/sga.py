@@ -19,20 +19,30 @@ from sceann_hil.network.coding import Bits
 _VERSION = 1
 
 
-class SGA(GenerationalAlgorithm[State]):
-    """The simple genetic algorithm. Arguments as in `GenerationalAlgorithm`; the defaults are the paper's."""
+class SGAConfig(GenerationalConfig):
+    """Settings of the simple genetic algorithm."""
 
-    def __init__(
-        self,
-        genome_length: int,
-        *,
-        population: int = 25,
-        tournament: int = 2,
-        mutation_rate: float | None = None,
-        elites: int = 1,
-    ) -> None:
-        super().__init__(genome_length, population, tournament, mutation_rate, elites)
-        self._header = Header("SGA", _VERSION, 1, population, genome_length)
+    type: Literal["sga"] = "sga"
+
+    def build(self, genome_length: int) -> SGA:
+        """The algorithm for genomes of `genome_length` bits."""
+        return SGA(genome_length, self)
+
+
+class SGA(GenerationalAlgorithm[State]):
+    """The simple genetic algorithm; the defaults are the paper's.
+
+    Args:
+        genome_length: L, bits per genome.
+        config: its settings.
+
+    Raises:
+        ValueError: genomes of such a length cannot be.
+    """
+
+    def __init__(self, genome_length: int, config: SGAConfig = SGAConfig()) -> None:  # noqa: B008
+        super().__init__(genome_length, config)
+        self._header = Header("SGA", _VERSION, 1, config.population, genome_length)
 
     def start(self, rng: np.random.Generator) -> State:
         """Independent fair bits."""
@@ -71,19 +81,3 @@ class SGA(GenerationalAlgorithm[State]):
         parents = checked_parents(reader.array("<i4", (self.population,)))
         reader.finish()
         return State(read_only(genomes), read_only(parents))
-
-
-class SGAConfig(GenerationalConfig):
-    """Settings of the simple genetic algorithm."""
-
-    type: Literal["sga"] = "sga"
-
-    def build(self, genome_length: int) -> SGA:
-        """The algorithm for genomes of `genome_length` bits."""
-        return SGA(
-            genome_length,
-            population=self.population,
-            tournament=self.tournament,
-            mutation_rate=self.mutation_rate,
-            elites=self.elites,
-        )

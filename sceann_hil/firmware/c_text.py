@@ -18,15 +18,40 @@ KEYWORDS = frozenset(
 )
 """What C or C++ does not take as a prefix."""
 
-NEURON = r"""
+PLAIN_NEURON = r"""
+/* The refractory reset and the sigmoid: beyond +-8192 u becomes 0@silent.
+ * x = T[k] + ((T[k+1] - T[k]) f + 64 >> 7) with u + 8192 = 128 k + f@table_note */
+static inline uint32_t @name_neuron(uint32_t s, uint16_t *u_i)
+{
+    const uint32_t z = (s + 8192u) & 0xFFFFu, sum = z - 8192u, keep = ((16384u - z) >> 31) - 1u;
+    const uint32_t u = sum & keep, shifted = u + 8192u, k = shifted >> 7;
+@plain_look_up
+    const uint32_t x = low + ((slope * (shifted & 127u) + 64u) >> 7);
+    *u_i = (uint16_t)u;
+    return @output;
+}
+"""
+
+PLAIN_FULL_LOOK_UP = (
+    """    const uint32_t low = NAME_WORD(@name_nodes + k), slope = NAME_WORD(@name_nodes + k + 1) - low;"""
+)
+
+PLAIN_HALF_LOOK_UP = """    const uint32_t upper = 0u - (uint32_t)(k >= 64u);
+    const uint16_t *const node = @name_nodes + (((k ^ upper) + (upper & 128u) + 1u) & 0xFFu);
+    const uint32_t first = NAME_WORD(node), second = NAME_WORD(node + 1);
+    const uint32_t slope = second - first, low = first ^ ((first ^ (1024u - second)) & upper);"""
+
+HALF_NOTE = """.
+ * The table holds a 0, then the lower half of T: T[128 - k] = 1024 - T[k]."""
+
+AVR_HALF_NEURON = r"""
 /* The refractory reset and the sigmoid: u in the low half, x in the high half. Beyond +-8192 u becomes 0@silent.
  * x = T[k] + ((T[k+1] - T[k]) f + 64 >> 7) with u + 8192 = 128 k + f@table_note */
-#ifdef NAME_AVR_ASSEMBLER
-static __attribute__((noinline, unused)) uint32_t @name_neuron(uint16_t sum)
+static __attribute__((noinline, unused)) uint32_t @name_avr_neuron(uint16_t sum)
 {
     uint32_t v;
-    uint16_t z@more_words;
-    uint8_t f, t, keep;
+    uint16_t z, top;
+    uint8_t f, t, keep, upper;
     __asm__("movw %A[z], %A[sum] \n\t"
             "movw %A[v], %A[z] \n\t"
             "subi %B[z], 0xE0 \n\t"              /* z = sum + 8192 */
@@ -42,47 +67,7 @@ static __attribute__((noinline, unused)) uint32_t @name_neuron(uint16_t sum)
             "mov %[f], %A[v] \n\t"
             "lsl %[f] \n\t"
             "rol %A[z] \n\t"                     /* k */
-@look_up
-            "mul %[t], %[f] \n\t"
-            "lsl r0 \n\t"
-            "adc %C[v], r1 \n\t"
-            "clr r1 \n\t"
-            "adc %D[v], r1@masked"
-            : [v] "=r"(v), [z] "=&z"(z), [f] "=&r"(f), [t] "=&d"(t), [keep] "=&r"(keep)@more_outputs
-            : [sum] "r"(sum), [table] "i"(@name_nodes)
-            : "r0");
-    return v;
-}
-#define NAME_NEURON(sum, u_i) (v = @name_neuron(sum), (u_i) = (uint16_t)v, (uint16_t)(v >> 16))
-#else
-static inline uint16_t @name_neuron(uint32_t s, uint16_t *u_i)
-{
-    const uint32_t z = (s + 8192u) & 0xFFFFu, sum = z - 8192u, keep = ((16384u - z) >> 31) - 1u;
-    const uint32_t u = sum & keep, shifted = u + 8192u, k = shifted >> 7;
-@plain_look_up
-    const uint32_t x = low + ((slope * (shifted & 127u) + 64u) >> 7);
-    *u_i = (uint16_t)u;
-    return (uint16_t)@output;
-}
-#define NAME_NEURON(sum, u_i) @name_neuron(sum, &(u_i))
-#endif
-"""
-
-FULL_LOOK_UP = r"""            "clr %B[z] \n\t"
-            "lsl %A[z] \n\t"
-            "rol %B[z] \n\t"
-            "subi %A[z], lo8(-(%[table])) \n\t"
-            "sbci %B[z], hi8(-(%[table])) \n\t"
-            "lpm %C[v], Z+ \n\t"
-            "lpm %D[v], Z+ \n\t"
-            "lpm %[t], Z \n\t"
-            "sub %[t], %C[v] \n\t"               /* T[k+1] - T[k] */"""
-
-PLAIN_FULL_LOOK_UP = (
-    """    const uint32_t low = NAME_WORD(@name_nodes + k), slope = NAME_WORD(@name_nodes + k + 1) - low;"""
-)
-
-HALF_LOOK_UP = r"""            "mov %[t], %A[z] \n\t"
+            "mov %[t], %A[z] \n\t"
             "subi %[t], 64 \n\t"
             "sbc %[upper], %[upper] \n\t"
             "com %[upper] \n\t"                  /* 0xFF for k >= 64, else 0 */
@@ -105,43 +90,27 @@ HALF_LOOK_UP = r"""            "mov %[t], %A[z] \n\t"
             "neg %A[top] \n\t"
             "sbc %B[top], r0 \n\t"
             "sbrc %[upper], 0 \n\t"              /* two cycles, skipping or not */
-            "movw %C[v], %A[top] \n\t" """.rstrip()
-
-PLAIN_HALF_LOOK_UP = """    const uint32_t upper = 0u - (uint32_t)(k >= 64u);
-    const uint16_t *const node = @name_nodes + (((k ^ upper) + (upper & 128u) + 1u) & 0xFFu);
-    const uint32_t first = NAME_WORD(node), second = NAME_WORD(node + 1);
-    const uint32_t slope = second - first, low = first ^ ((first ^ (1024u - second)) & upper);"""
-
-ADD = r"""
-#ifdef NAME_AVR_ASSEMBLER
-#define NAME_ADD(s, q) __asm__("add %A0, %A1 \n\t adc %B0, %B1" : "+r"(s) : "r"(q))
-#define NAME_SUB(s, q) __asm__("sub %A0, %A1 \n\t sbc %B0, %B1" : "+r"(s) : "r"(q))
-typedef uint16_t NAME_SUM;
-#else
-/* the low 16 bits count */
-#define NAME_ADD(s, q) ((s) += (q))
-#define NAME_SUB(s, q) ((s) -= (q))
-typedef uint32_t NAME_SUM;
-#endif
-
-/* 10-bit sensor to Q10: r + (r >> 9), so that mid-scale is symmetric about 512 */
-static inline uint16_t @name_q10(uint16_t r)
-{
-#ifdef NAME_AVR_ASSEMBLER
-    __asm__("mov r0, %B0 \n\t lsr r0 \n\t add %A0, r0 \n\t adc %B0, __zero_reg__" : "+r"(r) : : "r0");
-    return r;
-#else
-    return (uint16_t)(r + (r >> 9));
-#endif
+            "movw %C[v], %A[top] \n\t"
+            "mul %[t], %[f] \n\t"
+            "lsl r0 \n\t"
+            "adc %C[v], r1 \n\t"
+            "clr r1 \n\t"
+            "adc %D[v], r1@masked"
+            : [v] "=r"(v), [z] "=&z"(z), [f] "=&r"(f), [t] "=&d"(t), [keep] "=&r"(keep),
+              [upper] "=&r"(upper), [top] "=&d"(top)
+            : [sum] "r"(sum), [table] "i"(@name_nodes)
+            : "r0");
+    return v;
 }
 """
 
-
-HALF_NOTE = """.
- * The table holds a 0, then the lower half of T: T[128 - k] = 1024 - T[k]."""
-
-HALF_OUTPUTS = """,
-              [upper] "=&r"(upper), [top] "=&d"(top)"""
-
-MASK_X = r"""            "and %C[v], %[keep] \n\t"
+AVR_MASK_X = r"""            "and %C[v], %[keep] \n\t"
             "and %D[v], %[keep]"""
+
+Q10 = r"""
+/* 10-bit sensor to Q10: r + (r >> 9), so that mid-scale is symmetric about 512 */
+static inline uint32_t @name_q10(uint32_t r)
+{
+    return r + (r >> 9);
+}
+"""

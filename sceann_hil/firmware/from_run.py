@@ -3,35 +3,14 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Callable
 
 from sceann_hil.config import ExperimentConfig
-from sceann_hil.errors import NotARun
 from sceann_hil.firmware.verify import Sensors
 from sceann_hil.journal import IndividualRow, JournalReader
 from sceann_hil.network.image import ControllerImage
-from sceann_hil.run.champion import champion_of
+from sceann_hil.run.chosen import BEST, chosen_individual
 from sceann_hil.run.replay import journalled_config, journalled_trials
-
-BEST = "best"
-
-
-def chosen_individual(reader: JournalReader, genome: str = BEST) -> IndividualRow:
-    """The individual that ``--genome`` names: ``best`` or an id.
-
-    Raises:
-        NotARun: the run has no such individual, or no finished generation yet.
-    """
-    if genome == BEST:
-        champion = champion_of(reader, keeps_best=journalled_config(reader).algorithm.keeps_best)
-        if champion is None:
-            raise NotARun(f"{reader.directory} has no finished generation yet.", "Let it run on: sceann resume.")
-        return champion
-    if not genome.isdecimal():
-        raise NotARun(
-            f"--genome: expected best or the number of an individual, got {genome!r}.",
-            f"`sceann status {reader.directory}` names the champion's.",
-        )
-    return reader.individual(int(genome))
 
 
 def image_of(reader: JournalReader, config: ExperimentConfig, row: IndividualRow, command: str) -> ControllerImage:
@@ -49,13 +28,25 @@ def image_of(reader: JournalReader, config: ExperimentConfig, row: IndividualRow
         size=config.size,
         dynamics=config.controller.dynamics,
         fitness=row.fitness,
-        provenance=f"sceann export {shlex.quote(reader.run().name)} --genome {row.id} {command}".rstrip(),
+        provenance=f"sceann export {shlex.quote(reader.run().name)} --genome {row.short_place} {command}".rstrip(),
     )
 
 
-def load_image(reader: JournalReader, genome: str = BEST, command: str = "") -> ControllerImage:
-    """The image of ``--genome``; see `chosen_individual` and `image_of`."""
-    return image_of(reader, journalled_config(reader), chosen_individual(reader, genome), command)
+def load_image(
+    reader: JournalReader, genome: str = BEST, command: str = "", note: Callable[[str], object] = lambda _: None
+) -> ControllerImage:
+    """The image of ``--genome``; see `chosen_individual` and `image_of`.
+
+    Args:
+        reader: the run's journal.
+        genome: which individual.
+        command: as for `image_of`.
+        note: told what people should know of it.
+    """
+    chosen = chosen_individual(reader, genome)
+    if chosen.note:
+        note(chosen.note)
+    return image_of(reader, journalled_config(reader), chosen.individual, command)
 
 
 def recorded_sensors(reader: JournalReader, genome: str = BEST) -> list[Sensors]:
@@ -64,7 +55,7 @@ def recorded_sensors(reader: JournalReader, genome: str = BEST) -> list[Sensors]
     Returns:
         One sequence per trial, shape ``(n_steps, n_sensors)``; none if the robot cannot repeat the past.
     """
-    config, row = journalled_config(reader), chosen_individual(reader, genome)
+    config, row = journalled_config(reader), chosen_individual(reader, genome).individual
     attempts = [
         attempt
         for attempt in reader.attempts(row.generation)

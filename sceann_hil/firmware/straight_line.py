@@ -41,14 +41,14 @@ class StraightLineSums:
         return sums
 
     def _add(self, j: int, variable: str, sign: int) -> None:
-        self.per_source[j].append(f"NAME_{'ADD' if sign > 0 else 'SUB'}({variable}, q);")
+        self.per_source[j].append(f"{variable} {'+' if sign > 0 else '-'}= q;")
 
     def _single(self, weights: Weights, i: int) -> None:
         for j in np.flatnonzero(weights[i]):
             self._add(int(j), f"s{i}", int(weights[i, j]))
 
     def _pair(self, weights: Weights, i: int, k: int) -> None:
-        for variable, product, operators in (("a", 1, ("ADD", "ADD")), ("b", -1, ("ADD", "SUB"))):
+        for variable, product, operators in (("a", 1, "++"), ("b", -1, "+-")):
             name = f"{variable}{i}"
             members = np.flatnonzero(weights[i] * weights[k] == product)
             if len(members) == 0:
@@ -56,7 +56,7 @@ class StraightLineSums:
             self.variables.append(name)
             for j in members:
                 self._add(int(j), name, int(weights[i, j]))
-            self.after.extend(f"NAME_{add}(s{row}, {name});" for add, row in zip(operators, (i, k), strict=True))
+            self.after.extend(f"s{row} {sign}= {name};" for sign, row in zip(operators, (i, k), strict=True))
         for row, other in ((i, k), (k, i)):
             for j in np.flatnonzero((weights[row] != 0) & (weights[other] == 0)):
                 self._add(int(j), f"s{row}", int(weights[row, j]))

@@ -43,7 +43,10 @@ class GenerationRow:
 
 @dataclass(frozen=True, slots=True)
 class IndividualRow:
-    """One individual; `genome` is hexadecimal, see `genome_bits`; `ancestor` is its parent in another run."""
+    """One individual; `genome` is hexadecimal, see `genome_bits`; `ancestor` is its parent in another run.
+
+    People know it by its `place`; `id` is for the tables.
+    """
 
     id: int
     generation: int
@@ -53,6 +56,16 @@ class IndividualRow:
     ancestor: int | None
     structure: str | None
     fitness: float | None
+
+    @property
+    def place(self) -> str:
+        """Which one it is, for people: the same words everywhere."""
+        return f"generation {self.generation}, individual {self.number}"
+
+    @property
+    def short_place(self) -> str:
+        """The same for ``--genome``: ``12:3``."""
+        return f"{self.generation}:{self.number}"
 
     def genome_bits(self, length: int) -> Bits:
         """The genome's `length` bits."""

@@ -5,7 +5,6 @@ Files are whole or absent, so a recorder can be killed at any moment and started
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections import deque
 from collections.abc import Callable, Collection
@@ -18,7 +17,7 @@ from sceann_hil.recording import blueprints, chunks, overview, rrd
 from sceann_hil.recording.paths import RecordingPaths
 from sceann_hil.recording.process import Detail, RecorderStatus, State
 from sceann_hil.recording.source import RecordedGeneration, RunSource
-from sceann_hil.recording.trial import RecordedTrial, recording_id
+from sceann_hil.recording.trial_files import write_trials
 
 _LOOK_AGAIN_S = 0.2
 _WRITERS = 2
@@ -180,20 +179,9 @@ class Recorder:
         wanted = [trial for trial in generation.trials if trial.champion or self._detail is Detail.ALL]
         if not wanted:
             return 0
-        with tempfile.TemporaryDirectory(dir=self._paths.folder, prefix=".parts-") as folder:
-            parts = [self._write_trial(Path(folder), trial) for trial in wanted]
-            rrd.join(parts, self._paths.generation(generation.row.number))
-        return len(wanted)
-
-    def _write_trial(self, folder: Path, trial: RecordedTrial) -> Path:
-        path = folder / f"{trial.id}.rrd"
-        rrd.write_recording(
-            path,
-            chunks.trial_chunks(self._run, trial, full=trial.champion),
-            application_id=self._run.experiment,
-            recording_id=recording_id(self._run.name, trial.generation, trial.individual, trial.trial, trial.attempt),
-        )
-        return path
+        path = self._paths.generation(generation.row.number)
+        path.parent.mkdir(exist_ok=True)
+        return write_trials(self._run, wanted, path)
 
     def _has_whole_overview(self) -> bool:
         newest = max(self._paths.overview(number).stat().st_mtime_ns for number in self._done)

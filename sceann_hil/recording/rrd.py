@@ -126,7 +126,7 @@ def _no_room(path: Path) -> DiskFull:
 
 def remove_leftovers(folder: Path) -> None:
     """What a process that was killed while it wrote has left: parts of files, and digests of files that never came."""
-    for leftover in (*folder.rglob(".*.part"), *folder.glob(".parts-*")):
+    for leftover in (*folder.rglob(".*.part"), *folder.rglob(".parts-*")):
         shutil.rmtree(leftover) if leftover.is_dir() else leftover.unlink()
     for digest in folder.rglob(".*.sha256"):
         if not digest.with_name(digest.name[1:].removesuffix(".sha256")).exists():

@@ -17,6 +17,7 @@ from sceann_hil.network.coding import Weights
 from sceann_hil.network.controller import Dynamics, state_hash
 from sceann_hil.recording.trial import RecordedRun, RecordedTrial, as_id
 from sceann_hil.robot import EndReason, Trace
+from sceann_hil.run.champion import best_so_far
 from sceann_hil.run.replay import measured_trace
 
 
@@ -115,16 +116,47 @@ class RunSource:
             ReplayDiffers: a trial did not end as the journal says.
         """
         row = next(row for row in self._reader.generations(finished=True) if row.number == number)
+        fitness, weights, champion = self._population(number)
+        notes = [(kind, message) for _, generation, kind, message in self._reader.events() if generation == number]
+        trials = self._with_traces(self._drawable(number), weights, champion)
+        return RecordedGeneration(row, fitness, weights, champion, trials, notes)
+
+    def trials_of_best(self, number: int) -> list[RecordedTrial]:
+        """The counted trials of a finished generation's best individual, in the order of their ids, with traces.
+
+        Trials of which only the result is known are left out.
+
+        Raises:
+            ReplayDiffers: a trial did not end as the journal says.
+        """
+        _, weights, champion = self._population(number)
+        rows = [row for row in self._drawable(number) if row.individual == champion]
+        return self._with_traces(rows, weights, champion)
+
+    def trials_so_far(self) -> list[RecordedTrial]:
+        """The counted trials of the newest generation while it is not finished, with traces; the leader's as the best.
+
+        Raises:
+            ReplayDiffers: a trial did not end as the journal says.
+        """
+        leading = best_so_far(self._reader)
+        if leading is None:
+            return []
+        number = leading.individual.generation
+        _, weights, _ = self._population(number)
+        return self._with_traces(self._drawable(number), weights, leading.individual.number)
+
+    def _population(self, number: int) -> tuple[NDArray[np.float64], Weights, int]:
+        """Fitness and networks of a generation, and its champion; no fitness while it is not finished."""
         individuals = self._reader.individuals(number)
         length = self._phenotype.genome_length
         genomes = np.stack([individual.genome_bits(length) for individual in individuals])
         fitness = np.array([individual.fitness for individual in individuals], np.float64)
-        weights = self._phenotype.decode(genomes)
-        champion = int(fitness.argmax())
-        notes = [(kind, message) for _, generation, kind, message in self._reader.events() if generation == number]
+        return fitness, self._phenotype.decode(genomes), int(fitness.argmax())
+
+    def _with_traces(self, attempts: list[AttemptRow], weights: Weights, champion: int) -> list[RecordedTrial]:
         traced = self._traced if self._robot.spec.repeatable else self._measured
-        trials = traced(self._drawable(number), weights, champion)
-        return RecordedGeneration(row, fitness, weights, champion, trials, notes)
+        return traced(attempts, weights, champion)
 
     def expected_trials(self, number: int) -> int:
         """How many trials of a finished generation were counted."""

@@ -6,7 +6,7 @@ import contextlib
 import subprocess
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum, auto
 from pathlib import Path
@@ -27,7 +27,8 @@ from sceann_hil.recording.process import Detail, RecorderStatus
 from sceann_hil.recording.recorder import Recorder, remedy
 from sceann_hil.recording.rrd import VIEWER, check, quiet_environment
 from sceann_hil.recording.source import RunSource
-from sceann_hil.recording.trial import recording_id
+from sceann_hil.recording.trial import RecordedTrial, recording_id
+from sceann_hil.recording.trial_files import write_trials
 
 _MEMORY_LIMIT = "50%"
 
@@ -124,45 +125,86 @@ def prepared(run_dir: Path, screen: Screen, report: Callable[[RecorderStatus], N
     paths = RecordingPaths(run_dir)
     source = RunSource(run_dir)
     try:
-        shown = source.attempt(screen.trial) if screen.trial is not None else None
-        finished = source.finished()
-        name = source.run.name
+        wanted = _wanted(source, screen, run_dir)
+        run = source.run
     finally:
         source.close()
-    if not finished:
-        raise NotARun(f"{run_dir} has no finished generation yet.", "Wait for the first one.")
-    if shown is not None and (shown.fitness is None or shown.generation not in finished):
-        raise NotARun(
-            f"Trial {shown.id} cannot be shown: it was void, or its generation {shown.generation} is not finished.",
-            "Choose another trial.",
-        )
-    _record_missing(paths, shown, report)
+    _record_missing(paths, wanted.generations, report)
     if screen.overview:
         yield str(_sound(paths.run, run_dir))
         return
-    numbers = paths.recorded_generations() if shown is None else [shown.own_generation]
+    numbers = paths.recorded_generations() if wanted.generations is None else sorted(wanted.generations)
     files = [_sound(paths.generation(number), run_dir) for number in numbers]
     for shared in (paths.scenery, paths.trial_blueprint, paths.table_blueprint):
         _present(shared)
-    with catalog(paths, files) as served:
-        if shown is None:
-            yield served.gallery_url
-        else:
-            yield served.trial_url(
-                recording_id(name, shown.own_generation, shown.individual, shown.trial, shown.attempt)
+    # only whoever looks now sees an unfinished generation so: in a minute there is more of it
+    with tempfile.TemporaryDirectory(prefix="sceann-") as now:
+        if wanted.so_far:
+            files.append(Path(now) / "so-far.rrd")
+            write_trials(run, wanted.so_far, files[-1])
+        with catalog(paths, files) as served:
+            row = wanted.shown
+            if row is None:
+                yield served.gallery_url
+            else:
+                yield served.trial_url(
+                    recording_id(run.name, row.own_generation, row.individual, row.trial, row.attempt)
+                )
+
+
+@dataclass(frozen=True, slots=True)
+class _Wanted:
+    """What a screen needs.
+
+    Attributes:
+        shown: the trial that it shows; None for all of them.
+        generations: whose files it needs; None for all that are finished.
+        so_far: trials of the generation that is not finished.
+    """
+
+    shown: AttemptRow | None
+    generations: set[int] | None
+    so_far: Sequence[RecordedTrial]
+
+
+def _wanted(source: RunSource, screen: Screen, run_dir: Path) -> _Wanted:
+    finished = source.finished()
+    if screen.trial is not None:
+        shown = source.attempt(screen.trial)
+        if shown.fitness is not None and shown.generation in finished:
+            return _Wanted(shown, {shown.own_generation}, ())
+        so_far = source.trials_so_far()
+        if shown.id not in {trial.id for trial in so_far}:
+            raise NotARun(
+                f"Trial {shown.id} cannot be shown: it does not count, or only its result is known.",
+                "Choose another trial.",
             )
+        return _Wanted(shown, set(), so_far)
+    if screen.overview:
+        if not finished:
+            raise NotARun(
+                f"{run_dir} has no finished generation yet.",
+                "Wait for the first one, or leave --run out to see trials.",
+            )
+        return _Wanted(None, None, ())
+    so_far = source.trials_so_far()
+    if not finished and not so_far:
+        raise NotARun(f"{run_dir} has no trial yet that can be shown.", "Wait for the first one.")
+    return _Wanted(None, None, so_far)
 
 
-def _record_missing(paths: RecordingPaths, shown: AttemptRow | None, report: Callable[[RecorderStatus], None]) -> None:
+def _record_missing(
+    paths: RecordingPaths, generations: set[int] | None, report: Callable[[RecorderStatus], None]
+) -> None:
     """Missing files are made; damaged ones are not touched, because a user should know of them."""
     before = RecorderStatus.read(paths.status)
-    detail = before.detail if before and shown is None else Detail.ALL
+    detail = before.detail if before and generations is None else Detail.ALL
     try:
         recorder = Recorder(paths.run_dir, detail, report, replace_damaged=False)
     except RunIsLocked:
         return  # a recorder is at work: show what there is by now
     try:
-        recorder.record(only=None if shown is None else {shown.own_generation})
+        recorder.record(only=generations)
     finally:
         recorder.close()
 

@@ -28,13 +28,15 @@ class Combine(StrEnum):
 
     MEAN = "mean"
     """Their sum, divided by the number of steps that the trial lasted."""
+    MEAN_OF_ALL = "mean_of_all"
+    """Their sum, divided by the number of steps that a trial may last: what ended early gets nothing for the rest."""
     SUM = "sum"
     MIN = "min"
     MAX = "max"
     LAST = "last"
 
 
-_CODES = {Combine.MEAN: 0, Combine.SUM: 0, Combine.MIN: 1, Combine.MAX: 2, Combine.LAST: 3}
+_CODES = {Combine.MEAN: 0, Combine.MEAN_OF_ALL: 0, Combine.SUM: 0, Combine.MIN: 1, Combine.MAX: 2, Combine.LAST: 3}
 _FIRST = (0.0, np.inf, -np.inf, 0.0)
 
 
@@ -56,19 +58,23 @@ class Accumulation:
     Attributes:
         value: of one step.
         combine: of all steps.
+        max_steps: that a trial may last.
         rule: number of `combine` for compiled code; see `combined`.
         first: the total before the first step.
     """
 
-    def __init__(self, value: StepValue, combine: Combine) -> None:
+    def __init__(self, value: StepValue, combine: Combine, max_steps: int) -> None:
         self.value = value
         self.combine = combine
+        self.max_steps = max_steps
         self.rule = _CODES[combine]
         self.first = _FIRST[self.rule]
 
     def worth(self, totals: Floats, steps: NDArray[np.int32]) -> Floats:
         """What trials are worth, from their totals and numbers of steps, shape ``(n,)``."""
-        return np.asarray(totals / np.maximum(steps, 1) if self.combine is Combine.MEAN else totals)
+        if self.combine is Combine.MEAN:
+            return np.asarray(totals / np.maximum(steps, 1))
+        return np.asarray(totals / self.max_steps if self.combine is Combine.MEAN_OF_ALL else totals)
 
     def of_steps(self, trace: Trace, n_motors: int) -> Floats:
         """The value of each step of a trial, shape ``(n,)``; `n_motors` of the network's neurons are motors."""

@@ -23,7 +23,7 @@ class StepTask(Task):
         max_steps: a trial ends after this many steps.
         start_fields: what the values of a start are; a robot must have the same.
         starts: start values of an individual's trials, shape ``(n_trials, n_start)``.
-        combine: what the steps add up to: mean, sum, min, max or last.
+        combine: what the steps add up to: mean, mean_of_all (over `max_steps`), sum, min, max or last.
         succeeded: which fitness values, shape ``(n,)``, count as a success; none if it is not given.
         best_fitness: no trial can be worth more; racing needs it.
         worst_fitness: no trial can be worth less; racing needs it.
@@ -57,7 +57,7 @@ class StepTask(Task):
             rule = Combine(combine)
         except ValueError:
             raise PluginError(f"combine: expected {', '.join(Combine)}, got {combine!r}.") from None
-        self._adds_up = self.accumulation = Accumulation(value, rule)
+        self._adds_up = self.accumulation = Accumulation(value, rule, max_steps)
         self.name = name or value.function.__name__
         self.max_steps = max_steps
         self.start_fields = tuple(start_fields)

@@ -21,6 +21,7 @@ from sceann_hil.supervision.companion import Attended, Upcoming
 from sceann_hil.supervision.flight import as_void, outcome, run_watched
 from sceann_hil.supervision.forecast import Forecast
 from sceann_hil.supervision.operators import Desk, Finished, Phase, Press, Situation, Status, Verb
+from sceann_hil.supervision.standings import Standings
 from sceann_hil.supervision.stopping import Stopped, StopReason, StopRequest, nobody
 from sceann_hil.supervision.suspension import Suspension
 
@@ -96,6 +97,7 @@ class Supervisor:
         self._whole_generations = whole_generations
         self._asks = desk.asks and robot.spec.attended
         self._status = Status(run=facts.name, robot=robot.spec.name, generations=facts.generations)
+        self._standings: Standings | None = None
         self._warning = ""
         self._answered: Press | None = None
         self._last_s = time.monotonic()
@@ -106,6 +108,12 @@ class Supervisor:
     def begin(self, generation: int, todo: int, total: int) -> None:
         self._forecast.begin(generation, todo)
         self._status = replace(self._status, generation=generation, done=total - todo, todo=total)
+        # batches of simulated trials end their generation before anybody could read who leads
+        self._standings = Standings() if self._robot.spec.batch_size == 1 else None
+        if self._standings is not None and todo < total:
+            for row in self._journal.reader.attempts(generation):
+                if row.fitness is not None:
+                    self._standings.add(row.individual, row.fitness)
         refusal = self._meter.refusal(todo, on_average=True) if todo else None
         if refusal and self._whole_generations:
             raise Stopped(StopReason.BUDGET, f"Generation {generation} was not begun. {refusal}")
@@ -153,6 +161,7 @@ class Supervisor:
         self._answered = None
         health = self._robot.health()
         self._account(upcoming, results, health)
+        self._stand(upcoming, results, task)
         self._last_id = int(trials.ids[-1])
         self._tell_journal(upcoming.generation)
         self._show(situation, results, task, health)
@@ -234,6 +243,14 @@ class Supervisor:
         if not upcoming.besides:
             self._status = replace(self._status, done=self._status.done + int(results.counts.sum()))
 
+    def _stand(self, upcoming: Upcoming, results: Results, task: Task) -> None:
+        """Who leads now."""
+        if self._standings is None or upcoming.besides or upcoming.heading:
+            return
+        fitness = task.fitness(results)[results.counts].tolist()
+        for individual, reached in zip(upcoming.slots.individual[results.counts].tolist(), fitness, strict=True):
+            self._standings.add(individual, reached)
+
     def _tell_journal(self, generation: int) -> None:
         for press in self._desk.said():
             words = f"{press.verb.value} by {press.by} while {press.phase.value}"
@@ -253,8 +270,10 @@ class Supervisor:
         health = health or self._robot.health()
         wrong = () if health.ok else ("the robot is not ready: " + ", ".join(health.messages),)
         drift = (self._warning,) if self._warning else ()
+        leader = self._standings.leader if self._standings is not None else None
         self._status = replace(
             self._status,
+            best=leader.words if leader is not None else "",
             robot_ok=health.ok,
             robot_messages=health.messages,
             link_quality=health.link_quality,

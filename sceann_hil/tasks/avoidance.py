@@ -10,12 +10,13 @@ from __future__ import annotations
 from typing import Literal
 
 from sceann_hil.robot.step_value import Floats, StepValue, sqrt, step_value
-from sceann_hil.tasks.on_a_plane import SensorNumbers, StepTaskOnAPlane
+from sceann_hil.tasks.on_a_plane import SensorNumbers
 from sceann_hil.tasks.readings import strongest
 from sceann_hil.tasks.starts import Starts
+from sceann_hil.tasks.wheels import DrivingTask, wheel_speed
 
 
-class AvoidanceConfig(StepTaskOnAPlane):
+class AvoidanceConfig(DrivingTask):
     """Drive fast and straight, away from walls and obstacles (Floreano and Mondada 1994)."""
 
     type: Literal["avoidance"] = "avoidance"
@@ -33,9 +34,10 @@ class AvoidanceConfig(StepTaskOnAPlane):
 
     def value(self) -> StepValue:
         nearest, backwards_counts = strongest(self.distance_sensors), self.backwards_counts
+        speed_of = wheel_speed(self.forwards_only)
 
         def avoidance(sensors: Floats, motors: Floats) -> float:
-            left, right = 2.0 * motors[0] - 1.0, 2.0 * motors[1] - 1.0
+            left, right = speed_of(motors[0]), speed_of(motors[1])
             speed = 0.5 * (abs(left) + abs(right)) if backwards_counts else max(0.5 * (left + right), 0.0)
             return float(speed * (1.0 - sqrt(0.5 * abs(left - right))) * (1.0 - nearest(sensors)))
 

@@ -9,12 +9,13 @@ from __future__ import annotations
 from typing import Literal
 
 from sceann_hil.robot.step_value import Floats, StepValue, step_value
-from sceann_hil.tasks.on_a_plane import SensorNumbers, StepTaskOnAPlane
+from sceann_hil.tasks.on_a_plane import SensorNumbers
 from sceann_hil.tasks.readings import weakest
 from sceann_hil.tasks.starts import Starts
+from sceann_hil.tasks.wheels import DrivingTask, wheel_speed
 
 
-class LineFollowingConfig(StepTaskOnAPlane):
+class LineFollowingConfig(DrivingTask):
     """Drive along a dark line: a step is worth the speed forwards times how dark it is under the ground sensors."""
 
     type: Literal["line_following"] = "line_following"
@@ -29,9 +30,10 @@ class LineFollowingConfig(StepTaskOnAPlane):
         return {"ground_sensors": self.ground_sensors}
 
     def value(self) -> StepValue:
-        darkest = weakest(self.ground_sensors)
+        darkest, speed_of = weakest(self.ground_sensors), wheel_speed(self.forwards_only)
 
         def on_line(sensors: Floats, motors: Floats) -> float:
-            return float(max(motors[0] + motors[1] - 1.0, 0.0) * (1.0 - darkest(sensors)))
+            speed = 0.5 * (speed_of(motors[0]) + speed_of(motors[1]))
+            return float(max(speed, 0.0) * (1.0 - darkest(sensors)))
 
         return step_value(on_line)

@@ -21,7 +21,8 @@ SensorNumbers = Annotated[tuple[Annotated[int, Field(ge=0, le=63)], ...], Field(
 class StepTaskOnAPlane(TaskConfig):
     """A task whose fitness is the mean value of a trial's steps, for a robot with two wheels.
 
-    Motor values are 0..1 with 0.5 at rest, as a `world` of the differential drive has them; `speed` below is -1..1.
+    Motor values are 0..1 with 0.5 at rest, as a `world` of the differential drive has them, or with 0 at rest (see
+    `forwards_only` of the tasks that are about speed).
     """
 
     usual_robot: ClassVar[str] = "diffdrive"
@@ -34,6 +35,9 @@ class StepTaskOnAPlane(TaskConfig):
     """Draw the start of every trial from these ranges instead; there are as many trials as `starts` has rows."""
     success: Annotated[float, Field(ge=0.0, le=1.0)]
     """A trial that is worth more than this counts as a success."""
+    whole_trials: bool = False
+    """A trial that ends early, at a bumper for instance, is worth nothing for the steps that it lacks; otherwise its
+    fitness is the mean of the steps that it lasted."""
 
     @abstractmethod
     def value(self) -> StepValue:
@@ -53,7 +57,7 @@ class StepTaskOnAPlane(TaskConfig):
     def _task(self, draw: Draw | None) -> StepTask:
         return StepTask(
             value=self.value(),
-            combine="mean",
+            combine="mean_of_all" if self.whole_trials else "mean",
             max_steps=self.max_steps,
             start_fields=START_FIELDS,
             starts=as_rows(self.starts),

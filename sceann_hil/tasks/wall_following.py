@@ -11,12 +11,13 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from sceann_hil.robot.step_value import Floats, StepValue, step_value
-from sceann_hil.tasks.on_a_plane import SensorNumbers, StepTaskOnAPlane
+from sceann_hil.tasks.on_a_plane import SensorNumbers
 from sceann_hil.tasks.readings import strongest
 from sceann_hil.tasks.starts import Starts
+from sceann_hil.tasks.wheels import DrivingTask, wheel_speed
 
 
-class WallFollowingConfig(StepTaskOnAPlane):
+class WallFollowingConfig(DrivingTask):
     """Drive along a wall: speed times how well a side's sensor keeps its reading, times how free the front is."""
 
     type: Literal["wall_following"] = "wall_following"
@@ -38,10 +39,12 @@ class WallFollowingConfig(StepTaskOnAPlane):
         side, keep = self.side_sensor, self.keep
         blocked = strongest(self.front_sensors or (side,))
         looks_ahead = bool(self.front_sensors)
+        speed_of = wheel_speed(self.forwards_only)
 
         def along_wall(sensors: Floats, motors: Floats) -> float:
             kept = max(1.0 - abs(sensors[side] - keep) / keep, 0.0)
             free = 1.0 - blocked(sensors) if looks_ahead else 1.0
-            return float(max(motors[0] + motors[1] - 1.0, 0.0) * kept * free)
+            speed = 0.5 * (speed_of(motors[0]) + speed_of(motors[1]))
+            return float(max(speed, 0.0) * kept * free)
 
         return step_value(along_wall)

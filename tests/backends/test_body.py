@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from backends.cartpole import CartPole
+from backends.cartpole import CartPole, CartPoleConfig
 from backends.simulation.engine import SimulatedRobot
 from backends.simulation.gap import Gap
 from backends.simulation.lanes import RUNNING
@@ -190,7 +190,7 @@ class StillCart(CartPole):
 
 
 def test_a_subclass_that_overrides_only_advance_is_another_body() -> None:
-    shipped, own = CartPole(2), StillCart(2)
+    shipped, own = CartPole(), StillCart()
     trials = _trials(own, steps=4)
     assert own.run(trials).final_states[0].tolist() == [1.0, 0.0, 0.0, 0.0]
     assert shipped.run(trials).final_states[0, 0] != 1.0
@@ -203,12 +203,12 @@ def test_a_subclass_that_overrides_only_advance_is_another_body() -> None:
 
 def test_parameters_and_tick_are_part_of_the_body() -> None:
     prints = {
-        CartPole(2).body_fingerprint(),
-        CartPole(2, tick_s=0.01).body_fingerprint(),
-        CartPole(4).body_fingerprint(),
+        CartPole().body_fingerprint(),
+        CartPole(CartPoleConfig(n_sensors=2, tick_s=0.01)).body_fingerprint(),
+        CartPole(CartPoleConfig(n_sensors=4)).body_fingerprint(),
     }
     assert len(prints) == 2  # the number of sensors changes what is seen, not how it moves
-    assert CartPole(2).body_fingerprint() == CartPole(2).body_fingerprint()
+    assert CartPole().body_fingerprint() == CartPole().body_fingerprint()
 
 
 # -- start and state fields -------------------------------------------------------------------------------------------
@@ -283,7 +283,7 @@ def test_a_body_may_have_more_start_values_than_states_if_it_says_what_they_mean
 def test_starts_of_another_number_are_refused_before_compiled_code_sees_them() -> None:
     trials = _trials(Fields(("a", "b"), ("a", "b")))
     with pytest.raises(ValueError, match=r"starts: cartpole starts from 4 values \(x_m, .*\), got 2"):
-        CartPole(1 + trials.size.n_sensors).run(_trials_of_size(trials, NetworkSize(2, 1, 1)))
+        CartPole(CartPoleConfig(n_sensors=1 + trials.size.n_sensors)).run(_trials_of_size(trials, NetworkSize(2, 1, 1)))
 
 
 def _trials_of_size(trials: Trials, size: NetworkSize) -> Trials:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from backends.cartpole import CartPole, Integrator
+from backends.cartpole import CartPole, CartPoleConfig, Integrator
 from sceann_hil.network.controller import quantise_sensors
 from sceann_hil.robot import EndReason
 from tests.backends.conftest import MakeTrials
@@ -26,7 +26,7 @@ def textbook_step(state: np.ndarray, force: np.ndarray, tick: float, implicit: b
 
 @pytest.mark.parametrize("integrator", Integrator)
 def test_every_step_is_the_textbook_s(integrator: Integrator, make_trials: MakeTrials) -> None:
-    robot = CartPole(2, integrator=integrator)
+    robot = CartPole(CartPoleConfig(n_sensors=2, integrator=integrator))
     results = robot.trace(make_trials(robot, 60, start=(0.3, -0.5, 0.1, 0.4), max_steps=300, n_hidden=3))
     assert results.traces is not None
     for trace in results.traces:
@@ -37,7 +37,7 @@ def test_every_step_is_the_textbook_s(integrator: Integrator, make_trials: MakeT
 
 @pytest.mark.parametrize("n_sensors", [2, 4])
 def test_sensors_are_the_scaled_state(n_sensors: int, make_trials: MakeTrials) -> None:
-    robot = CartPole(n_sensors)
+    robot = CartPole(CartPoleConfig(n_sensors=n_sensors))
     results = robot.trace(make_trials(robot, 20, start=(0.1, 0.2, 0.05, -0.3), max_steps=200))
     assert results.traces is not None
     ranges = np.array([2.4, 3.0, np.deg2rad(36.0), 3.5])
@@ -50,7 +50,7 @@ def test_sensors_are_the_scaled_state(n_sensors: int, make_trials: MakeTrials) -
 
 
 def test_a_trial_ends_as_soon_as_the_pole_or_the_cart_is_out(make_trials: MakeTrials) -> None:
-    robot = CartPole(2)
+    robot = CartPole()
     starts = np.array([[0, 0, 0.0175, 0], [2.39, 3.0, 0, 0], [0, 0, 0.62, 2.0]]).repeat(40, axis=0)
     results = robot.trace(make_trials(robot, 120, start=starts, max_steps=2000))
     assert results.traces is not None
@@ -63,5 +63,5 @@ def test_a_trial_ends_as_soon_as_the_pole_or_the_cart_is_out(make_trials: MakeTr
 
 
 def test_only_two_or_four_sensors_exist() -> None:
-    with pytest.raises(ValueError, match="expected 2"):
-        CartPole(3)
+    with pytest.raises(ValueError, match="n_sensors"):
+        CartPole(CartPoleConfig(n_sensors=3))

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from backends.diffdrive import DifferentialDrive
+from backends.diffdrive import DifferentialDrive, DifferentialDriveConfig
+from backends.world.body import WorldDrive
+from backends.world.config import InfraredConfig, WorldConfig
 from sceann_hil.network.controller import quantise_sensors
 from sceann_hil.robot import EndReason, Trace
 from tests.backends.conftest import MakeTrials
@@ -32,7 +34,7 @@ def traces_of(robot: DifferentialDrive, make_trials: MakeTrials, n: int = 60, st
 
 
 def test_every_step_is_equation_4_clamped_at_the_walls(make_trials: MakeTrials) -> None:
-    for trace in traces_of(DifferentialDrive(5, motion_noise=0.0), make_trials):
+    for trace in traces_of(DifferentialDrive(DifferentialDriveConfig(n_sensors=5, motion_noise=0.0)), make_trials):
         dx, dy, turn = displacement(trace)
         old, new = trace.state[:-1].astype(float), trace.state[1:].astype(float)
         assert np.abs(np.clip(old[:, 0] + dx, 0.0275, 0.5725) - new[:, 0]).max() < 1e-6
@@ -41,7 +43,7 @@ def test_every_step_is_equation_4_clamped_at_the_walls(make_trials: MakeTrials) 
 
 
 def test_errors_are_a_tenth_of_the_displacement(make_trials: MakeTrials) -> None:
-    robot = DifferentialDrive(5, arena_m=(100.0, 100.0), target_m=(99.0, 99.0))
+    robot = DifferentialDrive(DifferentialDriveConfig(n_sensors=5, arena_m=(100.0, 100.0), target_m=(99.0, 99.0)))
     errors = []
     for trace in traces_of(robot, make_trials, 200, (50.0, 50.0, 0.6)):
         steps = np.diff(trace.state.astype(float), axis=0)
@@ -57,9 +59,9 @@ def test_errors_are_a_tenth_of_the_displacement(make_trials: MakeTrials) -> None
 
 @pytest.mark.parametrize("n_sensors", [1, 2, 3, 5, 7])
 def test_a_sensor_reads_d0_over_distance_if_the_target_is_in_its_cone(n_sensors: int, make_trials: MakeTrials) -> None:
-    robot = DifferentialDrive(n_sensors)
+    robot = DifferentialDrive(DifferentialDriveConfig(n_sensors=n_sensors))
     centres = (np.arange(n_sensors) + 0.5) * 120 / n_sensors - 60
-    assert np.degrees(robot.sensor_directions_rad) == pytest.approx(centres)
+    assert np.degrees(robot.parameters[10:]) == pytest.approx(centres)
     for trace in traces_of(robot, make_trials):
         x, y, heading = trace.state[:-1].astype(float).T
         d = np.hypot(0.55 - x, 0.55 - y)
@@ -72,7 +74,7 @@ def test_a_sensor_reads_d0_over_distance_if_the_target_is_in_its_cone(n_sensors:
 
 
 def test_the_goal_is_reached_when_the_bodies_touch(make_trials: MakeTrials) -> None:
-    robot = DifferentialDrive(3, motion_noise=0.0)
+    robot = DifferentialDrive(DifferentialDriveConfig(n_sensors=3, motion_noise=0.0))
     results = robot.trace(make_trials(robot, 200, start=(0.3, 0.3, 0.78), max_steps=200))
     assert results.traces is not None
     reached = 0
@@ -82,3 +84,10 @@ def test_the_goal_is_reached_when_the_bodies_touch(make_trials: MakeTrials) -> N
         assert (d[-1] <= 0.0775 + 1e-6) == (reason == EndReason.GOAL)
         reached += reason == EndReason.GOAL
     assert reached > 10
+
+
+def test_a_body_with_a_world_is_another_one() -> None:
+    config = DifferentialDriveConfig(world=WorldConfig(infrared=(InfraredConfig(direction_deg=0.0),)))
+    with pytest.raises(ValueError, match="world: expected none"):
+        DifferentialDrive(config)
+    assert isinstance(config.build(), WorldDrive)

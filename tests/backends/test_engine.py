@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from backends.cartpole import CartPole
-from backends.diffdrive import DifferentialDrive
+from backends.cartpole import CartPole, CartPoleConfig
+from backends.diffdrive import DifferentialDrive, DifferentialDriveConfig
 from backends.simulation.engine import SimulatedRobot
 from backends.simulation.gap import Gap, Spread
 from sceann_hil.network.coding import MAX_SOURCES, Coding
@@ -51,7 +51,7 @@ def assert_traces_follow_the_reference(trials: Trials, results: Results) -> None
 def test_every_state_equals_the_reference_on_the_cart_pole(
     coding: Coding, dynamics: Dynamics, make_trials: MakeTrials
 ) -> None:
-    robot = CartPole(4)
+    robot = CartPole(CartPoleConfig(n_sensors=4))
     trials = make_trials(robot, 80, start=TILTED, max_steps=400, coding=coding, dynamics=dynamics, n_hidden=3)
     assert_traces_follow_the_reference(trials, robot.trace(trials))
 
@@ -61,13 +61,13 @@ def test_every_state_equals_the_reference_on_the_cart_pole(
 def test_every_state_equals_the_reference_on_the_differential_drive(
     coding: Coding, n_sensors: int, make_trials: MakeTrials
 ) -> None:
-    robot = DifferentialDrive(n_sensors, gap=GAP)
+    robot = DifferentialDrive(DifferentialDriveConfig(n_sensors=n_sensors), gap=GAP)
     trials = make_trials(robot, 70, start=CORNER, max_steps=200, coding=coding, n_hidden=3)
     assert_traces_follow_the_reference(trials, robot.trace(trials))
 
 
 def test_a_long_trial_equals_the_reference(make_trials: MakeTrials) -> None:
-    robot = DifferentialDrive(5, target_m=(0.0, 0.0), target_radius_m=1e-6)
+    robot = DifferentialDrive(DifferentialDriveConfig(n_sensors=5, target_m=(0.0, 0.0), target_radius_m=1e-6))
     trials = make_trials(robot, 3, start=(0.3, 0.3, 0.0), max_steps=10_000)
     results = robot.trace(trials)
     assert results.steps.max() == 10_000
@@ -78,7 +78,10 @@ def test_a_long_trial_equals_the_reference(make_trials: MakeTrials) -> None:
 def test_a_trial_has_the_same_bits_alone_in_a_batch_and_on_any_number_of_threads(
     gap: Gap, make_trials: MakeTrials
 ) -> None:
-    one, many = DifferentialDrive(7, gap=gap, threads=1), DifferentialDrive(7, gap=gap, threads=3)
+    one, many = (
+        DifferentialDrive(gap=gap, threads=1),
+        DifferentialDrive(gap=gap, threads=3),
+    )
     trials = make_trials(one, 5 * LANES + 7, start=CORNER, max_steps=200)
     batch = one.run(trials)
     assert_same(many.run(trials), batch)
@@ -92,18 +95,18 @@ def test_a_trial_has_the_same_bits_alone_in_a_batch_and_on_any_number_of_threads
 
 
 def test_traced_and_untraced_trials_have_the_same_bits(make_trials: MakeTrials) -> None:
-    robot = CartPole(2)
+    robot = CartPole()
     trials = make_trials(robot, 2 * LANES + 5, start=TILTED, max_steps=500, n_hidden=3)
     assert_same(robot.trace(trials), robot.run(trials))
 
 
 def test_no_trials_give_no_results(make_trials: MakeTrials) -> None:
-    robot: SimulatedRobot = CartPole(2)
+    robot: SimulatedRobot = CartPole()
     assert len(robot.run(make_trials(robot, 1, start=TILTED, max_steps=5).take(slice(0, 0)))) == 0
 
 
 def test_a_trial_ends_at_the_step_limit(make_trials: MakeTrials) -> None:
-    robot = CartPole(2)
+    robot = CartPole()
     results = robot.run(make_trials(robot, 10, start=TILTED, max_steps=1))
     assert results.steps.tolist() == [1] * 10
     assert set(results.end_reasons.tolist()) == {EndReason.TIME_UP}
@@ -111,6 +114,6 @@ def test_a_trial_ends_at_the_step_limit(make_trials: MakeTrials) -> None:
 
 
 def test_a_network_that_does_not_fit_the_robot_is_refused(make_trials: MakeTrials) -> None:
-    trials = make_trials(CartPole(4), 1, start=TILTED, max_steps=5)
+    trials = make_trials(CartPole(CartPoleConfig(n_sensors=4)), 1, start=TILTED, max_steps=5)
     with pytest.raises(ValueError, match="expected 2 sensors and 1 motors for cartpole, got 4 and 1"):
-        CartPole(2).run(trials)
+        CartPole().run(trials)

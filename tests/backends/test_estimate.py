@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from backends.cartpole import CartPole
-from backends.diffdrive import DifferentialDrive
+from backends.diffdrive import DifferentialDrive, DifferentialDriveConfig
 from backends.simulation.engine import SimulatedRobot
 from backends.simulation.gap import Gap, Spread
 from sceann_hil.network.coding import Coding, NetworkSize
@@ -89,8 +89,10 @@ def test_motors_and_sensors_are_told_apart() -> None:
         motor_gain=(Spread(0.8), Spread(1.0)),
         latency_steps=Spread(1),
     )
-    robot = DifferentialDrive(3, motion_noise=0.0, gap=gap)
-    found = estimated(robot, DifferentialDrive(3, motion_noise=0.0), DRIVE, DRIVE_TASK, 8, 3)
+    robot = DifferentialDrive(DifferentialDriveConfig(n_sensors=3, motion_noise=0.0), gap=gap)
+    found = estimated(
+        robot, DifferentialDrive(DifferentialDriveConfig(n_sensors=3, motion_noise=0.0)), DRIVE, DRIVE_TASK, 8, 3
+    )
     assert [one.value for one in found.motor_gain] == pytest.approx([0.8, 1.0], abs=0.02)
     assert found.latency_steps.value == 1
     assert found.sensor_offset[0].value == pytest.approx(0.03, abs=0.003)
@@ -102,7 +104,14 @@ def test_motors_and_sensors_are_told_apart() -> None:
 
 def test_a_body_with_noise_of_its_own_is_estimated_with_wider_intervals() -> None:
     gap = Gap(motor_gain=(Spread(0.75), Spread(0.95)), sensor_noise=Spread(0.01))
-    found = estimated(DifferentialDrive(3, gap=gap), DifferentialDrive(3), DRIVE, DRIVE_TASK, 4, 1)
+    found = estimated(
+        DifferentialDrive(DifferentialDriveConfig(n_sensors=3), gap=gap),
+        DifferentialDrive(DifferentialDriveConfig(n_sensors=3)),
+        DRIVE,
+        DRIVE_TASK,
+        4,
+        1,
+    )
     for one, truth in zip(found.motor_gain, (0.75, 0.95), strict=True):
         assert holds(one, truth)
         assert one.value == pytest.approx(truth, abs=0.06)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from backends.cartpole import CartPole
-from backends.diffdrive import DifferentialDrive
+from backends.diffdrive import DifferentialDrive, DifferentialDriveConfig
 from backends.simulation.gap import GAP_FIXED, Gap, Spread
 from backends.virtual.body import VirtualBody
 from sceann_hil.errors import ConfigError
@@ -18,12 +18,15 @@ MIDDLE = (0.3, 0.3, 0.78)
 
 
 def drive(gap: Gap, **settings: float) -> DifferentialDrive:
-    return DifferentialDrive(3, gap=gap, motion_noise=0.0, **settings)
+    return DifferentialDrive(DifferentialDriveConfig(n_sensors=3, motion_noise=0.0, **settings), gap=gap)
 
 
 def motion(robot: DifferentialDrive, make_trials: MakeTrials) -> tuple[np.ndarray, np.ndarray]:
     """Motor outputs (n, 2) and turns (n,) of one long trial in a wide arena."""
-    robot = DifferentialDrive(3, gap=robot.gap, motion_noise=0.0, arena_m=(90.0, 90.0), target_m=(80.0, 80.0))
+    robot = DifferentialDrive(
+        DifferentialDriveConfig(n_sensors=3, motion_noise=0.0, arena_m=(90.0, 90.0), target_m=(80.0, 80.0)),
+        gap=robot.gap,
+    )
     traces = robot.trace(make_trials(robot, 1, start=(45.0, 45.0, 0.78), max_steps=100, seed=3)).traces
     assert traces is not None
     turns = np.diff(np.unwrap(traces[0].state[:, 2].astype(float)))
@@ -50,7 +53,7 @@ def test_fixed_offset_and_gain_change_what_the_controller_sees(make_trials: Make
 
 
 def test_sensor_noise_has_its_deviation(make_trials: MakeTrials) -> None:
-    robot = CartPole(2, gap=Gap(sensor_noise=Spread(0.02)))
+    robot = CartPole(gap=Gap(sensor_noise=Spread(0.02)))
     results = robot.trace(make_trials(robot, 2000, start=(0, 0, 0, 0), max_steps=1))
     assert results.traces is not None
     first = np.array([trace.sensors[0] for trace in results.traces]) / 1023
@@ -72,7 +75,7 @@ def test_a_motor_inside_its_dead_band_stands_still(make_trials: MakeTrials) -> N
 
 
 def test_the_cart_s_motor_stands_still_at_one_half(make_trials: MakeTrials) -> None:
-    robot = CartPole(2, gap=Gap(motor_dead_band=Spread(0.9)))
+    robot = CartPole(gap=Gap(motor_dead_band=Spread(0.9)))
     results = robot.trace(make_trials(robot, 5, start=(0.5, 0, 0, 0), max_steps=50))
     assert results.traces is not None
     assert all(np.all(trace.state[:, 0] == np.float32(0.5)) for trace in results.traces)
@@ -129,14 +132,14 @@ def test_a_robot_s_gap_is_the_same_in_all_its_trials_and_another_robot_s_is_anot
 
 
 def test_a_robot_s_noise_is_still_another_in_each_trial(make_trials: MakeTrials) -> None:
-    robot = CartPole(2, gap=Gap(sensor_noise=Spread(0.02)).of_robot(5))
+    robot = CartPole(gap=Gap(sensor_noise=Spread(0.02)).of_robot(5))
     results = robot.trace(make_trials(robot, 50, start=(0, 0, 0, 0), max_steps=1))
     assert results.traces is not None
     assert len({tuple(trace.sensors[0].tolist()) for trace in results.traces}) > 25
 
 
 def test_a_virtual_robot_keeps_its_gap_from_one_placing_to_the_next() -> None:
-    robot = CartPole(2, gap=Gap(sensor_offset=Spread(0.0, half_width=0.2)))
+    robot = CartPole(gap=Gap(sensor_offset=Spread(0.0, half_width=0.2)))
     bodies = [VirtualBody(robot, seed) for seed in (1, 1, 2)]
     sensed = []
     for body in bodies:

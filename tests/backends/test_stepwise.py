@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from backends.cartpole import CartPole
-from backends.diffdrive import DifferentialDrive
+from backends.cartpole import CartPole, CartPoleConfig
+from backends.diffdrive import DifferentialDrive, DifferentialDriveConfig
 from backends.simulation.engine import SimulatedRobot
 from backends.simulation.gap import Gap, Spread
 from backends.simulation.stepwise import StepwiseBody
@@ -25,9 +25,9 @@ GAP = Gap(
 )
 ROBOTS = [
     CartPole(),
-    CartPole(n_sensors=4, gap=GAP),
-    DifferentialDrive(n_sensors=3),
-    DifferentialDrive(n_sensors=7, gap=GAP),
+    CartPole(CartPoleConfig(n_sensors=4), gap=GAP),
+    DifferentialDrive(DifferentialDriveConfig(n_sensors=3)),
+    DifferentialDrive(gap=GAP),
 ]
 
 

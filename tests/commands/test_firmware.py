@@ -45,7 +45,7 @@ def test_export_replaces_its_own_header_and_nothing_else(run: Path, tmp_path: Pa
     ("arguments", "code", "words"),
     [
         (("export", "--name", "int"), ExitCode.FIRMWARE_BUILD, "C identifier"),
-        (("export", "--genome", "worst"), ExitCode.NOT_A_RUN, "best or the number"),
+        (("export", "--genome", "worst"), ExitCode.NOT_A_RUN, "expected best, GENERATION:INDIVIDUAL"),
         (("export", "--genome", "99999"), ExitCode.NOT_A_RUN, "99999"),
         (("flash", "--board", "toaster"), ExitCode.TOOL_MISSING, "expected one of posix, uno"),
         (("flash", "--board", "posix"), ExitCode.TOOL_MISSING, "nothing to flash"),

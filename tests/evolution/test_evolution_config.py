@@ -49,6 +49,7 @@ def test_options_are_written_as_words() -> None:
         ("generations", -1),
         ("tournament", 0),
         ("mutation_rate", 1.01),
+        ("mutation_rate", float("nan")),
         ("mutation_rate", "fast"),
         ("elites", -1),
         ("elites", 25),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from sceann_hil.evolution import SGA
+from sceann_hil.evolution import SGA, SGAConfig
 from sceann_hil.evolution.mutation import NEVER, bits_until_flip
 
 LEAST_P = 1e-4
@@ -35,7 +35,7 @@ def test_the_smallest_rates_do_not_overflow() -> None:
 
 def _flips(genome_length: int, rate: float | None, tells: int, seed: int) -> np.ndarray:
     """Which bits of children differ from their parents', shape ``(children, L)``."""
-    algorithm = SGA(genome_length, mutation_rate=rate)
+    algorithm = SGA(genome_length, SGAConfig(mutation_rate=rate))
     rng = np.random.default_rng(seed)
     state = algorithm.start(rng)
     flips = []

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from sceann_hil.evolution import OGA, SGA, OGAConfig, OGAOptions, OGAState, State
+from sceann_hil.evolution import OGA, SGA, OGAConfig, OGAState, SGAConfig, State
 from sceann_hil.evolution.oga import numbered_by_first_appearance
 from sceann_hil.evolution.oga_options import (
     BitMutation,
@@ -44,8 +44,9 @@ def assert_sound(state: OGAState, cap: int) -> None:
 
 
 probabilities = st.sampled_from([0.0, 0.3, 1.0])
-options = st.builds(
-    OGAOptions,
+configs = st.builds(
+    OGAConfig,
+    population=st.just(6),
     connection=probabilities,
     division=probabilities,
     duplication=probabilities,
@@ -66,9 +67,9 @@ options = st.builds(
 
 
 @settings(deadline=None, max_examples=150)
-@given(options, st.integers(1, 20), st.integers(0, 2**32))
-def test_states_stay_sound_with_any_options(chosen: OGAOptions, genome_length: int, seed: int) -> None:
-    algorithm = OGA(genome_length, population=6, options=chosen)
+@given(configs, st.integers(1, 20), st.integers(0, 2**32))
+def test_states_stay_sound_with_any_options(chosen: OGAConfig, genome_length: int, seed: int) -> None:
+    algorithm = OGA(genome_length, chosen)
     rng = np.random.default_rng(seed)
     state = algorithm.start(rng)
     assert_sound(state, chosen.cap)
@@ -78,12 +79,12 @@ def test_states_stay_sound_with_any_options(chosen: OGAOptions, genome_length: i
 
 
 @settings(deadline=None, max_examples=60)
-@given(options, st.integers(1, 20), st.integers(0, 2**32))
+@given(configs, st.integers(1, 20), st.integers(0, 2**32))
 def test_connection_division_and_duplication_never_change_what_is_expressed(
-    chosen: OGAOptions, genome_length: int, seed: int
+    chosen: OGAConfig, genome_length: int, seed: int
 ) -> None:
-    neutral = chosen.model_copy(update={"deletion": 0.0, "inversion": 0.0})
-    algorithm = OGA(genome_length, population=6, mutation_rate=0.0, options=neutral)
+    neutral = chosen.model_copy(update={"mutation_rate": 0.0, "deletion": 0.0, "inversion": 0.0})
+    algorithm = OGA(genome_length, neutral)
     rng = np.random.default_rng(seed)
     state = algorithm.start(rng)
     for _ in range(4):
@@ -95,8 +96,8 @@ def test_connection_division_and_duplication_never_change_what_is_expressed(
 def test_without_its_five_operators_it_breeds_as_the_sga_does() -> None:
     fitness = np.array([2.0, 0.0, 1.0, 1.0])
     rng = np.random.default_rng(1)
-    sga = SGA(3, population=4, tournament=3, mutation_rate=0.2)
-    oga = OGA(3, population=4, tournament=3, mutation_rate=0.2, options=OGAOptions(**NOTHING))
+    sga = SGA(3, SGAConfig(population=4, tournament=3, mutation_rate=0.2))
+    oga = OGA(3, OGAConfig(population=4, tournament=3, mutation_rate=0.2, **NOTHING))
     oga_state = oga.start(rng)
     sga_state = State(oga_state.genomes, oga_state.parents)
     counts = np.zeros((2, 4, 8), dtype=int)
@@ -108,7 +109,7 @@ def test_without_its_five_operators_it_breeds_as_the_sga_does() -> None:
 
 
 def test_without_its_five_operators_lists_and_operons_stay() -> None:
-    algorithm = OGA(12, options=OGAOptions(**NOTHING, initial_operons=InitialOperons.RANDOM))
+    algorithm = OGA(12, OGAConfig(**NOTHING, initial_operons=InitialOperons.RANDOM))
     rng = np.random.default_rng(2)
     state = algorithm.start(rng)
     children = algorithm.tell(state, rng.random(25), rng)
@@ -117,7 +118,7 @@ def test_without_its_five_operators_lists_and_operons_stay() -> None:
 
 
 def test_the_elite_keeps_its_lists_and_operons() -> None:
-    algorithm = OGA(12, mutation_rate=1.0)
+    algorithm = OGA(12, OGAConfig(mutation_rate=1.0))
     rng = np.random.default_rng(3)
     state = algorithm.start(rng)
     for _ in range(20):
@@ -139,19 +140,19 @@ def test_the_elite_keeps_its_lists_and_operons() -> None:
     ],
 )
 def test_initial_operons(initial_operons: InitialOperons, parameter_loci: int | None, expected: list[int]) -> None:
-    chosen = OGAOptions(initial_operons=initial_operons, parameter_loci=parameter_loci)
-    state = OGA(6, options=chosen).start(np.random.default_rng(0))
+    chosen = OGAConfig(initial_operons=initial_operons, parameter_loci=parameter_loci)
+    state = OGA(6, chosen).start(np.random.default_rng(0))
     assert (state.operons == expected).all()
 
 
 def test_random_initial_operons_differ_between_individuals() -> None:
-    state = OGA(12, options=OGAOptions(initial_operons=InitialOperons.RANDOM)).start(np.random.default_rng(0))
+    state = OGA(12, OGAConfig(initial_operons=InitialOperons.RANDOM)).start(np.random.default_rng(0))
     assert len({labels.tobytes() for labels in state.operons}) > 15
 
 
 def test_initial_lists() -> None:
     rng = np.random.default_rng(0)
-    states = {rule: OGA(40, options=OGAOptions(initial_list=rule)).start(rng) for rule in InitialList}
+    states = {rule: OGA(40, OGAConfig(initial_list=rule)).start(rng) for rule in InitialList}
     assert {rule: set(state.lengths.ravel().tolist()) for rule, state in states.items()} == {
         InitialList.ONE_VALUE: {1},
         InitialList.EQUAL_COPIES: {6},
@@ -165,8 +166,7 @@ def test_initial_lists() -> None:
 
 
 def _children(**settings_: Any) -> OGAState:
-    chosen = OGAOptions(**(NOTHING | settings_))
-    algorithm = OGA(16, mutation_rate=1.0, elites=0, options=chosen)
+    algorithm = OGA(16, OGAConfig(mutation_rate=1.0, elites=0, **(NOTHING | settings_)))
     rng = np.random.default_rng(4)
     return algorithm.tell(algorithm.start(rng), np.zeros(25), rng)
 
@@ -180,8 +180,8 @@ def test_bit_mutation_before_or_after_the_operators() -> None:
 
 def test_duplication_comes_before_deletion_and_deletion_before_inversion() -> None:
     assert (_children(duplication=1.0, deletion=1.0).lengths == 1).all()
-    chosen = OGAOptions(**(NOTHING | {"deletion": 1.0, "inversion": 1.0}), initial_list=InitialList.RANDOM_BITS)
-    algorithm = OGA(16, mutation_rate=0.0, elites=0, options=chosen)
+    operators = NOTHING | {"deletion": 1.0, "inversion": 1.0}
+    algorithm = OGA(16, OGAConfig(mutation_rate=0.0, elites=0, **operators, initial_list=InitialList.RANDOM_BITS))
     rng = np.random.default_rng(6)
     state = algorithm.start(rng)
     children = algorithm.tell(state, np.zeros(25), rng)
@@ -198,7 +198,7 @@ def test_an_operator_acts_on_whole_operons_unless_the_scope_is_per_locus() -> No
 
 
 def test_fixed_lists_of_random_values_are_random_bits_without_deletion() -> None:
-    algorithm = OGA(16, options=OGAOptions(initial_list=InitialList.RANDOM_BITS, deletion=0.0))
+    algorithm = OGA(16, OGAConfig(initial_list=InitialList.RANDOM_BITS, deletion=0.0))
     rng = np.random.default_rng(5)
     state = algorithm.start(rng)
     for _ in range(10):

@@ -19,7 +19,7 @@ def test_the_defaults_are_the_papers() -> None:
 
 
 def test_children_are_winners_of_tournaments() -> None:
-    algorithm = SGA(8, population=10)
+    algorithm = SGA(8, SGAConfig(population=10))
     rng = np.random.default_rng(1)
     state = algorithm.start(rng)
     parents = np.concatenate([algorithm.tell(state, np.arange(10.0), rng).parents[1:] for _ in range(1_000)])
@@ -29,7 +29,7 @@ def test_children_are_winners_of_tournaments() -> None:
 
 
 def test_it_solves_onemax() -> None:
-    algorithm = SGA(20, mutation_rate=1 / 20)
+    algorithm = SGA(20, SGAConfig(mutation_rate=1 / 20))
     rng = np.random.default_rng(2)
     state = algorithm.start(rng)
     for _ in range(200):

@@ -16,6 +16,7 @@ from sceann_hil.firmware.emulated.measure import section_sizes
 from sceann_hil.firmware.emulated.simavr import EXTERNAL_RESET, HZ, AvrChip
 from sceann_hil.firmware.emulated.terminal import ChipTerminal
 from sceann_hil.firmware.flash import flash, flash_genome, plan_flash, upload_firmware, upload_genome
+from sceann_hil.firmware.header import c_header
 from sceann_hil.firmware.verify import random_sequences, verify
 from sceann_hil.link.framed_bus import LineBus
 from sceann_hil.link.messages import LinkEnd
@@ -60,6 +61,20 @@ def arduino_build(sketch: Path, folder: Path) -> Path:
     return elf
 
 
+def walker() -> ControllerImage:
+    """The network of the example's header, as its banner tells it."""
+    text = (SKETCH.parent / "walker.h").read_text()
+    banner = dict(re.findall(r"^ \* (made by|genome|fitness) +(.+)$", text, re.MULTILINE))
+    size = NetworkSize(5, 2, 2)
+    bits = np.unpackbits(np.frombuffer(bytes.fromhex(banner["genome"]), np.uint8))[: Coding.SCEANN3.genome_length(size)]
+    fitness = float(banner["fitness"])
+    return ControllerImage(bits, Coding.SCEANN3, size, fitness=fitness, provenance=banner["made by"])
+
+
+def test_the_examples_header_is_what_export_writes_today() -> None:
+    assert (SKETCH.parent / "walker.h").read_text() == c_header(walker(), "walker")
+
+
 def test_the_example_sketch_runs_on_the_arduino_core(tmp_path: Path) -> None:
     elf = arduino_build(SKETCH, tmp_path)
     with AvrChip(elf) as chip:
@@ -72,12 +87,7 @@ def test_the_example_sketch_runs_on_the_arduino_core(tmp_path: Path) -> None:
             assert chip.cycles < 5 * HZ
     lines = text.decode().splitlines()
     assert lines[0] == "self-test passed"
-    banner = (SKETCH.parent / "walker.h").read_text()
-    genome = re.search(r"^ \* genome +([0-9a-f]+)$", banner, re.MULTILINE)
-    assert genome is not None
-    size = NetworkSize(5, 2, 2)
-    bits = np.unpackbits(np.frombuffer(bytes.fromhex(genome[1]), np.uint8))
-    controller = ControllerImage(bits[: Coding.SCEANN3.genome_length(size)], Coding.SCEANN3, size).controller()
+    controller = walker().controller()
     for line in lines[1:11]:
         assert [int(word) for word in line.split()] == controller.step(np.array(sensors)).tolist()
 

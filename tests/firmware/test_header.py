@@ -153,12 +153,12 @@ def test_costs_stay_within_their_budgets(coding: Coding, seed: int) -> None:
     image = image_of(coding, seed)
     sensors = random_sensors(np.random.default_rng(seed), 3000, SIZE.n_sensors)
     speed = avr_cost(image, Optimize.SPEED, sensors)
-    assert speed.step <= 400
-    assert speed.flash_bytes <= 900
+    assert speed.step <= 377
+    assert speed.flash_bytes <= 780
+    assert avr_cost(image, Optimize.SPEED, sensors, as_function=True).step <= 380
     assert avr_cost(image, Optimize.SIZE, sensors).flash_bytes <= 560
     assert cortex_m3_cost(image, Optimize.SPEED).step <= 175
-    # the aim is 230; one of these nine networks needs one instruction more
-    assert cortex_m0_cost(image, Optimize.SPEED).step <= 231
+    assert cortex_m0_cost(image, Optimize.SPEED).step <= 230
     assert riscv_cost(image, Optimize.SPEED).step <= 215
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from backends.cartpole import CartPole
-from backends.diffdrive import DifferentialDrive
+from backends.cartpole import CartPole, CartPoleConfig
+from backends.diffdrive import DifferentialDrive, DifferentialDriveConfig
 from sceann_hil.network.coding import NetworkSize
 from sceann_hil.recording.trial import RecordedRun, as_id, recording_id
 from sceann_hil.robot.drawing import Drawing
@@ -31,7 +31,9 @@ def test_ids_have_nothing_that_rerun_renames(text: str, expected: str) -> None:
 
 
 def test_arena_sensors_are_called_by_their_directions() -> None:
-    assert run_with(DifferentialDrive(3, sensor_field_deg=90.0).drawing, NetworkSize(3, 1, 2)).sensor_names == (
+    assert run_with(
+        DifferentialDrive(DifferentialDriveConfig(n_sensors=3, sensor_field_deg=90.0)).drawing, NetworkSize(3, 1, 2)
+    ).sensor_names == (
         "-30°",
         "0°",
         "+30°",
@@ -39,7 +41,7 @@ def test_arena_sensors_are_called_by_their_directions() -> None:
 
 
 def test_cart_sensors_are_called_by_what_they_measure() -> None:
-    run = run_with(CartPole(4).drawing, NetworkSize(4, 2, 1))
+    run = run_with(CartPole(CartPoleConfig(n_sensors=4)).drawing, NetworkSize(4, 2, 1))
     assert run.sensor_names == ("x", "angle", "speed", "rate")
     assert run.motor_names == ("force",)
 

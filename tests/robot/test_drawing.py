@@ -31,7 +31,10 @@ WORLD = DifferentialDriveConfig.model_validate(
 )
 
 
-@pytest.mark.parametrize("robot", [CartPole(2), DifferentialDrive(5), WORLD.build()])
+@pytest.mark.parametrize(
+    "robot",
+    [CartPole(), DifferentialDrive(DifferentialDriveConfig(n_sensors=5)), WORLD.build()],
+)
 def test_every_simulated_robot_draws_what_its_body_has(robot: Robot) -> None:
     assert robot.drawing is not None
     robot.drawing.check(robot.spec.state_fields)
@@ -82,7 +85,7 @@ def test_the_start_pose_is_well_formed_and_to_scale() -> None:
 
 
 def test_a_pole_leans_to_the_right_of_its_cart() -> None:
-    text = draw_pose(CartPole(2).drawing, {"x_m": 0.0, "velocity_m_s": 0.0, "angle_rad": 0.5})
+    text = draw_pose(CartPole().drawing, {"x_m": 0.0, "velocity_m_s": 0.0, "angle_rad": 0.5})
     ElementTree.fromstring(text)
     rod = re.findall(r'<polyline points="(\S+),(\S+) (\S+),(\S+)"', text)[-1]
     x0, y0, x1, y1 = map(float, rod)

@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from backends.cartpole import CartPole
-from backends.diffdrive import DifferentialDrive
+from backends.diffdrive import DifferentialDrive, DifferentialDriveConfig
 from backends.simulation.gap import Gap, Spread
 from sceann_hil.errors import PluginError
 from sceann_hil.network.coding import Coding, NetworkSize
@@ -25,6 +25,7 @@ from sceann_hil.robot.step_value import max_of, mean_of, min_of, sqrt, step_valu
 Floats = NDArray[np.float64]
 FIELDS = ("x_m", "y_m", "heading_rad")
 STARTS = np.array([[0.1, 0.1, 0.0], [0.3, 0.3, 1.0], [0.5, 0.1, 3.0]])
+FIVE = DifferentialDriveConfig(n_sensors=5)
 GAP = Gap(sensor_noise=Spread(0.02), motor_gain=Spread(0.9, half_width=0.1), latency_steps=Spread(1.0))
 
 
@@ -63,7 +64,7 @@ def _trials(task: StepTask, robot: DifferentialDrive, n: int = 40) -> Trials:
 @pytest.mark.parametrize("combine", Combine)
 @pytest.mark.parametrize("value", VALUES, ids=lambda value: value.function.__name__)
 def test_the_loop_and_the_trace_give_the_same_bits(value: Any, combine: str) -> None:
-    robot = DifferentialDrive(5, gap=GAP)
+    robot = DifferentialDrive(FIVE, gap=GAP)
     trials = _trials(_task(value, combine), robot)
     run, traced = robot.run(trials), robot.trace(trials)
     assert run.values is not None
@@ -75,7 +76,7 @@ def test_the_loop_and_the_trace_give_the_same_bits(value: Any, combine: str) -> 
 
 
 def test_the_value_of_a_step_is_what_its_author_wrote_of_what_the_controller_saw_and_asked_for() -> None:
-    robot = DifferentialDrive(5, gap=GAP)
+    robot = DifferentialDrive(FIVE, gap=GAP)
     for value in VALUES:
         task = _task(value, "sum")
         trials = _trials(task, robot, 2)
@@ -93,7 +94,10 @@ def test_the_value_of_a_step_is_what_its_author_wrote_of_what_the_controller_saw
 
 
 def test_nothing_else_of_a_trial_changes_and_batches_and_threads_do_not_matter() -> None:
-    alone, many = DifferentialDrive(5, gap=GAP, threads=1), DifferentialDrive(5, gap=GAP, threads=3)
+    alone, many = (
+        DifferentialDrive(FIVE, gap=GAP, threads=1),
+        DifferentialDrive(FIVE, gap=GAP, threads=3),
+    )
     trials = _trials(_task(avoid), alone, 120)
     with_values, without = alone.run(trials), alone.run(replace(trials, accumulation=None))
     assert without.values is None
@@ -108,7 +112,7 @@ def test_nothing_else_of_a_trial_changes_and_batches_and_threads_do_not_matter()
 
 
 def test_mean_divides_by_the_steps_that_the_trial_lasted() -> None:
-    robot = DifferentialDrive(5)
+    robot = DifferentialDrive(FIVE)
     mean, total = _task(speed, "mean"), _task(speed, "sum")
     results = robot.run(_trials(total, robot))
     assert len(set(results.steps.tolist())) > 1
@@ -116,7 +120,7 @@ def test_mean_divides_by_the_steps_that_the_trial_lasted() -> None:
 
 
 def test_success_is_a_question_about_fitness() -> None:
-    robot = DifferentialDrive(5)
+    robot = DifferentialDrive(FIVE)
     task = _task(speed, succeeded=lambda fitness: fitness > 1.0)
     results = robot.run(_trials(task, robot))
     assert np.array_equal(task.succeeded(results), task.fitness(results) > 1.0)
@@ -127,7 +131,7 @@ def test_success_is_a_question_about_fitness() -> None:
 
 
 def _told(value: Any, n_state: int = 3) -> tuple[Trials, Results]:
-    robot = DifferentialDrive(5)
+    robot = DifferentialDrive(FIVE)
     trials = _trials(_task(value), robot, 1)
     results = replace(robot.trace(trials), values=None)
     if n_state == 0:
@@ -201,16 +205,16 @@ def test_a_fault_in_the_value_is_told_with_file_and_line_before_anything_runs(
     function: Callable[..., float], message: str
 ) -> None:
     with pytest.raises(PluginError, match=message) as caught:
-        _task(step_value(function)).check_robot(DifferentialDrive(5).spec)
+        _task(step_value(function)).check_robot(DifferentialDrive(FIVE).spec)
     assert f"{function.__name__} ({__file__}, line {function.__code__.co_firstlineno})" in str(caught.value)
 
 
 def test_the_same_value_is_fine_on_a_robot_that_has_the_sensor() -> None:
-    _task(step_value(_reads_too_far)).check_robot(DifferentialDrive(6).spec)
+    _task(step_value(_reads_too_far)).check_robot(DifferentialDrive(DifferentialDriveConfig(n_sensors=6)).spec)
 
 
 def test_a_value_that_uses_the_state_is_refused_on_a_robot_that_does_not_know_it() -> None:
-    blind = replace(DifferentialDrive(5).spec, state_fields=(), name="blind")
+    blind = replace(DifferentialDrive(FIVE).spec, state_fields=(), name="blind")
     _task(avoid).check_robot(blind)
     with pytest.raises(PluginError, match="reads the body's state, which the robot blind does not know"):
         _task(centre).check_robot(blind)
@@ -227,7 +231,7 @@ def _late(sensors: Floats, motors: Floats, state: Floats) -> float:
 
 
 def test_no_fitness_is_made_of_a_step_that_is_worth_no_number() -> None:
-    robot = DifferentialDrive(5)
+    robot = DifferentialDrive(FIVE)
     task = replace_starts(_task(step_value(_late)), [[0.3, 0.3, 0.0], [0.5, 0.3, 0.0], [0.1, 0.1, 0.0]])
     trials = replace(_trials(task, robot, 1), ids=np.array([41, 42, 43]))
     with pytest.raises(PluginError, match=r"_late .* trial 42 add up to -?(nan|inf); step 0 is worth -?(nan|inf)"):
@@ -246,7 +250,7 @@ def replace_starts(task: StepTask, starts: list[list[float]]) -> StepTask:
         (lambda: step_value(float), "expected a function of sensors, motors and state"),
         (lambda: step_value(_knots), "expected the arguments sensors, motors and state, got sensors"),
         (lambda: _task(_nan), "expected a function made by step_value"),
-        (lambda: _task(avoid, "median"), "combine: expected mean, sum, min, max, last, got 'median'"),
+        (lambda: _task(avoid, "median"), "combine: expected mean, mean_of_all, sum, min, max, last, got 'median'"),
     ],
 )
 def test_a_task_that_cannot_be_meant_is_refused(make: Callable[[], object], message: str) -> None:
@@ -256,12 +260,12 @@ def test_a_task_that_cannot_be_meant_is_refused(make: Callable[[], object], mess
 
 def test_a_robot_of_other_start_fields_is_refused() -> None:
     with pytest.raises(ValueError, match="the task avoid starts its trials from x_m, y_m, heading_rad, but the robot"):
-        _task(avoid).check_robot(CartPole(2).spec)
+        _task(avoid).check_robot(CartPole().spec)
 
 
 @pytest.mark.parametrize("combine", Combine)
 def test_the_fitness_so_far_ends_at_the_fitness(combine: str) -> None:
-    robot, task = DifferentialDrive(5), _task(speed, combine)
+    robot, task = DifferentialDrive(FIVE), _task(speed, combine)
     trials = _trials(task, robot, 1)
     results = robot.trace(trials)
     assert results.traces is not None
@@ -270,7 +274,7 @@ def test_the_fitness_so_far_ends_at_the_fitness(combine: str) -> None:
         values = task.accumulation.of_steps(trace, 2)
         so_far = task.accumulation.so_far(values)
         assert so_far[-1] == task.fitness(results)[i]
-        assert so_far[0] == values[0]
+        assert so_far[0] == (values[0] / task.max_steps if combine == Combine.MEAN_OF_ALL else values[0])
 
 
 def _too_far_when_bright(sensors: Floats, motors: Floats, state: Floats) -> float:
@@ -279,7 +283,7 @@ def _too_far_when_bright(sensors: Floats, motors: Floats, state: Floats) -> floa
 
 
 def test_a_rare_step_that_reads_too_far_is_no_fitness_either() -> None:
-    robot = DifferentialDrive(5)
+    robot = DifferentialDrive(FIVE)
     task = _task(step_value(_too_far_when_bright))
     task.check_robot(robot.spec)
     trials = _trials(task, robot)

@@ -61,7 +61,7 @@ def _trials(n: int = 3, max_steps: int = 6) -> Trials:
         keys=np.zeros(n, np.uint64),
         max_steps=max_steps,
         ids=np.arange(n),
-        accumulation=Accumulation(place, Combine.SUM),
+        accumulation=Accumulation(place, Combine.SUM, 12),
     )
 
 

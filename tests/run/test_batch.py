@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from backends.cartpole import CartPole
-from backends.diffdrive import DifferentialDrive
+from backends.diffdrive import DifferentialDrive, DifferentialDriveConfig
 from backends.simulation.gap import Gap, Spread
 from sceann_hil.network.coding import Coding, NetworkSize
 from sceann_hil.network.controller import Dynamics
@@ -29,7 +29,7 @@ def genomes(n: int) -> np.ndarray:  # type: ignore[type-arg]
 
 
 def test_every_trial_of_a_batch_is_the_trial_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    robot = DifferentialDrive(3, gap=Gap(sensor_noise=Spread(0.02)))
+    robot = DifferentialDrive(DifferentialDriveConfig(n_sensors=3), gap=Gap(sensor_noise=Spread(0.02)))
     found = BatchEvaluator(PHENOTYPE, TASK, robot).evaluate(genomes(9), NOISE)
     weights = PHENOTYPE.decode(genomes(9))
     for genome, trial in ((0, 0), (4, 2), (8, 1)):
@@ -45,14 +45,16 @@ def test_every_trial_of_a_batch_is_the_trial_alone(monkeypatch: pytest.MonkeyPat
 
 
 def test_trials_can_be_chosen_and_repeated() -> None:
-    evaluator = BatchEvaluator(PHENOTYPE, TASK, DifferentialDrive(3, motion_noise=0.0))
+    evaluator = BatchEvaluator(
+        PHENOTYPE, TASK, DifferentialDrive(DifferentialDriveConfig(n_sensors=3, motion_noise=0.0))
+    )
     all_of_them = evaluator.evaluate(genomes(4))
     chosen = evaluator.evaluate(genomes(4), trial=np.array([2, 0, 2]))
     np.testing.assert_array_equal(chosen.fitness, all_of_them.fitness[:, [2, 0, 2]])
 
 
 def test_traces_are_of_the_same_trials() -> None:
-    evaluator = BatchEvaluator(PHENOTYPE, TASK, DifferentialDrive(3))
+    evaluator = BatchEvaluator(PHENOTYPE, TASK, DifferentialDrive(DifferentialDriveConfig(n_sensors=3)))
     traced = evaluator.trace(genomes(9), NOISE)
     np.testing.assert_array_equal(TASK.fitness(traced).reshape(9, 3), evaluator.evaluate(genomes(9), NOISE).fitness)
     assert traced.traces is not None
@@ -74,7 +76,7 @@ class _Spoils(CartPole):
 
 @pytest.mark.parametrize("reason", [*(int(r) for r in EndReason if r.is_void), 200])
 def test_a_void_or_unknown_end_is_never_a_number(reason: int) -> None:
-    robot = _Spoils(2)
+    robot = _Spoils()
     robot.reason = reason
     phenotype = Phenotype(Coding.SCEANN3, NetworkSize(2, 1, 1), Dynamics())
     evaluator = BatchEvaluator(phenotype, PoleBalancing(50, 4.0), robot)
@@ -90,7 +92,7 @@ def test_a_fitness_that_is_no_number_is_refused() -> None:
             return np.where(np.arange(len(results)) == 3, np.nan, super().fitness(results))
 
     phenotype = Phenotype(Coding.SCEANN3, NetworkSize(2, 1, 1), Dynamics())
-    evaluator = BatchEvaluator(phenotype, _Spoilt(50, 4.0), CartPole(2))
+    evaluator = BatchEvaluator(phenotype, _Spoilt(50, 4.0), CartPole())
     with pytest.raises(TrialVoid, match="trial 3 of 5 has the fitness nan"):
         evaluator.evaluate(np.zeros((5, phenotype.genome_length), np.uint8))
 
@@ -103,4 +105,4 @@ def test_a_robot_that_takes_no_batches_is_refused(settings: dict[str, int]) -> N
             return replace(super().spec, **settings)
 
     with pytest.raises(ValueError, match="runs any number of trials at once"):
-        BatchEvaluator(PHENOTYPE, TASK, _OneByOne(2))
+        BatchEvaluator(PHENOTYPE, TASK, _OneByOne())

@@ -121,3 +121,23 @@ def test_a_battery_that_falls_while_a_person_puts_the_robot_in_place_is_looked_a
     assert bench.supervisor.ready(NEXT)
     kinds = [kind for _, _, kind, _ in bench.experiment.journal.reader.events()]
     assert kinds == ["suspended", "unsuspended"]
+
+
+def test_everybody_sees_who_leads_in_this_generation(tmp_path: Path) -> None:
+    config = config_of(GOAL, "algorithm.generations=0")
+    desk, seen = Desk(asks=False), list[str]()
+    with Experiment.create(config, tmp_path / "run") as experiment:
+        robot = Beside(config.robot.build(), on_trial=lambda _: seen.append(desk.view().status.best))
+        with robot:
+            experiment.evolve(robot, desk=desk, more={"trials": 6})
+            # and somebody who goes on knows what was measured before
+            experiment.evolve(robot, desk=(desk := Desk(asks=False)), more={"trials": 12})
+        attempts = experiment.journal.reader.attempts(0)
+    assert len(seen) == 18
+    assert seen[0] == ""
+    for done, told in enumerate(seen[1:], 1):
+        rows = [row for row in attempts[:done] if row.individual * 3 + 3 <= max(done, 3)]
+        if done < 3:
+            continue
+        means = [sum(row.fitness or 0.0 for row in rows[k : k + 3]) / 3 for k in range(0, len(rows), 3)]
+        assert told == f"best so far {max(means):.4g} (individual {means.index(max(means))}, 3 trials)"

@@ -20,6 +20,7 @@ from sceann_hil.tasks.line_following import LineFollowingConfig
 from sceann_hil.tasks.phototaxis import PhototaxisConfig
 from sceann_hil.tasks.starts import as_rows, instruction
 from sceann_hil.tasks.wall_following import WallFollowingConfig
+from sceann_hil.tasks.wheels import DrivingTask
 from tests.runs import evolve
 
 CONFIGS = Path(__file__).parents[2] / "configs" / "tasks"
@@ -61,10 +62,10 @@ def test_fitness_is_the_mean_of_the_formula_over_the_steps(formula: Formula) -> 
 @pytest.mark.parametrize(
     ("name", "golden"),
     [
-        ("avoidance", "a5fea3434baa042f"),
+        ("avoidance", "23dfd0a4356003f9"),
         ("phototaxis", "730ded3145df2ac2"),
         ("line_following", "d23ee62fd1c9d9d6"),
-        ("wall_following", "0a0587edc9176aae"),
+        ("wall_following", "80081c27fc43ed4e"),
         ("homing", "46a2c9e5e62f0396"),
     ],
 )
@@ -120,6 +121,30 @@ def test_backwards_counts_where_the_task_says_so() -> None:
     back, free = np.zeros(2), np.zeros(3)
     assert AvoidanceConfig().value()(free, back, np.zeros(0)) == 0.0
     assert AvoidanceConfig(backwards_counts=True).value()(free, back, np.zeros(0)) == 1.0
+
+
+@pytest.mark.parametrize("task", [AvoidanceConfig, LineFollowingConfig, WallFollowingConfig])
+def test_a_robot_that_knows_no_backwards_stands_at_zero(task: type[DrivingTask]) -> None:
+    sensors = np.array([0.5, 0.5]) if task is WallFollowingConfig else np.zeros(2)
+    for forwards_only, speeds in ((False, [0.0, 0.0, 0.5, 1.0]), (True, [0.0, 0.5, 0.75, 1.0])):
+        value = task(forwards_only=forwards_only).value()  # type: ignore[call-arg]
+        driven = [value(sensors, np.full(2, motor), np.zeros(0)) for motor in (0.0, 0.5, 0.75, 1.0)]
+        assert driven == pytest.approx(speeds)
+
+
+def test_a_trial_that_a_wall_ends_gets_nothing_for_the_time_it_lacks() -> None:
+    text = (CONFIGS / "avoidance.yaml").read_text(encoding="utf-8")
+    settings = ["task.starts=[[0.9, 0.2, 0], [0.1, 0.2, 180]]", "robot.world.bump=end"]
+    both = [parse_config(text, "test", [*settings, f"task.whole_trials={whole}"]) for whole in ("false", "true")]
+    genome = np.ones((1, both[0].genome_length), np.uint8)
+    fitness = []
+    for config in both:
+        with config.robot.build() as robot:
+            batch = BatchEvaluator.of(config, robot)
+            results = batch.trace(genome, np.arange(2, dtype=np.uint64))
+            fitness.append(batch.task.fitness(results))
+    assert (results.steps < batch.task.max_steps).any()
+    assert fitness[1] == pytest.approx(fitness[0] * results.steps / batch.task.max_steps)
 
 
 def test_starts_are_metres_and_degrees() -> None:

@@ -18,7 +18,7 @@ import numpy as np
 from figures import Figure
 from numpy.typing import NDArray
 
-from backends.diffdrive import DifferentialDrive
+from backends.diffdrive import DifferentialDrive, DifferentialDriveConfig
 from backends.virtual.body import VirtualBody
 from backends.virtual.virtual_posix import VirtualPosix
 from sceann_hil.config import parse_config
@@ -223,7 +223,9 @@ def _watched(robot: Robot, directory: Path, viewer: Viewer) -> Iterator[None]:
 
 
 def _wheels() -> DifferentialDrive:
-    return DifferentialDrive(n_sensors=3, tick_s=0.02, arena_m=(10.0, 10.0), target_m=(9.0, 9.0))
+    return DifferentialDrive(
+        DifferentialDriveConfig(n_sensors=3, tick_s=0.02, arena_m=(10.0, 10.0), target_m=(9.0, 9.0))
+    )
 
 
 def _be_a_robot(pipe: Connection) -> None:

@@ -25,7 +25,7 @@ def run() -> list[Figure]:
     """Ours on one and on two cores, hand-vectorised NumPy, hand-tuned C: the same random genomes."""
     weights = random_weights(400_000)
     some = weights[:4_000]
-    one, two = CartPole(2, threads=1), CartPole(2, threads=2)
+    one, two = CartPole(threads=1), CartPole(threads=2)
     steps = int(one.run(trials_of(weights)).steps.sum())
     some_steps = int(numpy_balance(some, START_RAD, MAX_STEPS).sum())
     ours = steps / median_s(lambda: one.run(trials_of(weights)), clock=time.thread_time)

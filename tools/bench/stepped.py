@@ -109,7 +109,7 @@ def _python_loop() -> list[Figure]:
 
 
 def _value_of_a_step() -> list[Figure]:
-    robot = DifferentialDrive(7, threads=1)
+    robot = DifferentialDrive(threads=1)
     plain = _trials(NetworkSize(7, 2, 2), 20_000, np.tile([0.1, 0.1, 0.5], (20_000, 1)), 200)
     valued = replace(plain, accumulation=Accumulation(avoid, Combine.MEAN))
     n_steps = int(robot.run(plain).steps.sum())

@@ -54,122 +54,139 @@ static const uint16_t walker_nodes[130] WALKER_TABLE = {
     1022, 1022, 1023, 1023, 1023, 1023, 1023, 1023, 1023, 1023, 1024, 1024, 1024, 1024, 1024
 };
 
-/* The refractory reset and the sigmoid: u in the low half, x in the high half. Beyond +-8192 u becomes 0.
- * x = T[k] + ((T[k+1] - T[k]) f + 64 >> 7) with u + 8192 = 128 k + f; twice that has the bytes k and 2 f */
 #ifdef WALKER_AVR_ASSEMBLER
-static __attribute__((noinline, unused)) uint32_t walker_neuron(uint16_t sum)
+/* registers: r17:r16 a source, r0 1, Y the controller, Z sensors, X motors; sums in the others */
+static inline void walker_step(walker_t *c, const uint16_t *sensors, int16_t *motors)
 {
-    uint32_t v;
-    uint16_t z;
-    uint8_t f, t, keep;
-    __asm__("movw %A[z], %A[sum] \n\t"
-            "movw %A[v], %A[z] \n\t"
-            "subi %B[z], 0xE0 \n\t"              /* z = sum + 8192 */
-            "cp __zero_reg__, %A[z] \n\t"
-            "ldi %[t], 0x40 \n\t"
-            "cpc %[t], %B[z] \n\t"               /* carry: z > 16384 */
-            "sbc %[keep], %[keep] \n\t"
-            "com %[keep] \n\t"
-            "and %A[v], %[keep] \n\t"
-            "and %B[v], %[keep] \n\t"
-            "mov %A[z], %B[v] \n\t"
-            "subi %A[z], 0xE0 \n\t"
-            "mov %[f], %A[v] \n\t"
-            "lsl %[f] \n\t"
-            "rol %A[z] \n\t"                     /* k */
-            "clr %B[z] \n\t"
-            "lsl %A[z] \n\t"
-            "rol %B[z] \n\t"
-            "subi %A[z], lo8(-(%[table])) \n\t"
-            "sbci %B[z], hi8(-(%[table])) \n\t"
-            "lpm %C[v], Z+ \n\t"
-            "lpm %D[v], Z+ \n\t"
-            "lpm %[t], Z \n\t"
-            "sub %[t], %C[v] \n\t"               /* T[k+1] - T[k] */
-            "mul %[t], %[f] \n\t"
-            "lsl r0 \n\t"
-            "adc %C[v], r1 \n\t"
-            "clr r1 \n\t"
-            "adc %D[v], r1"
-            : [v] "=r"(v), [z] "=&z"(z), [f] "=&r"(f), [t] "=&d"(t), [keep] "=&r"(keep)
-            : [sum] "r"(sum), [table] "i"(walker_nodes)
-            : "r0");
-    return v;
+    register walker_t *at __asm__("r24") = c;
+    __asm__ __volatile__(
+        "push r28 \n\tpush r29 \n\tmovw r28,%[at] \n\tldi r16,1 \n\tmov r0,r16 \n\t"
+        "ldd r16,Y+8 \n\tldd r17,Y+9 \n\t"                 /* output of neuron 0 */
+        "movw r18,r16 \n\t"
+        "movw r24,r16 \n\t"
+        "ldd r16,Y+10 \n\tldd r17,Y+11 \n\t"               /* output of neuron 1 */
+        "movw r20,r16 \n\t"
+        "add r24,r16 \n\tadc r25,r17 \n\t"
+        "ldd r16,Y+12 \n\tldd r17,Y+13 \n\t"               /* output of neuron 2 */
+        "sub r18,r16 \n\tsbc r19,r17 \n\t"
+        "sub r24,r16 \n\tsbc r25,r17 \n\t"
+        "ldd r16,Y+14 \n\tldd r17,Y+15 \n\t"               /* output of neuron 3 */
+        "add r20,r16 \n\tadc r21,r17 \n\t"
+        "sub r24,r16 \n\tsbc r25,r17 \n\t"
+        "ldd r16,Z+0 \n\tldd r17,Z+1 \n\t"                 /* sensor 0 */
+        "cp r0,r17 \n\tadc r20,r16 \n\tadc r21,r17 \n\t"
+        "cp r0,r17 \n\tsbc r24,r16 \n\tsbc r25,r17 \n\t"
+        "ldd r16,Z+2 \n\tldd r17,Z+3 \n\t"                 /* sensor 1 */
+        "cp r0,r17 \n\tsbc r20,r16 \n\tsbc r21,r17 \n\t"
+        "cp r0,r17 \n\tadc r24,r16 \n\tadc r25,r17 \n\t"
+        "ldd r16,Z+4 \n\tldd r17,Z+5 \n\t"                 /* sensor 2 */
+        "cp r0,r17 \n\tsbc r20,r16 \n\tsbc r21,r17 \n\t"
+        "cp r0,r17 \n\tadc r24,r16 \n\tadc r25,r17 \n\t"
+        "ldd r16,Z+6 \n\tldd r17,Z+7 \n\t"                 /* sensor 3 */
+        "cp r0,r17 \n\tadc r18,r16 \n\tadc r19,r17 \n\t"
+        "cp r0,r17 \n\tadc r24,r16 \n\tadc r25,r17 \n\t"
+        "ldd r16,Z+8 \n\tldd r17,Z+9 \n\t"                 /* sensor 4 */
+        "cp r0,r17 \n\tadc r18,r16 \n\tadc r19,r17 \n\t"
+        "cp r0,r17 \n\tadc r24,r16 \n\tadc r25,r17 \n\t"
+        "ldd r16,Y+0 \n\tldd r17,Y+1 \n\t"                 /* state of neuron 0 */
+        "add r16,r20 \n\tadc r17,r21 \n\t"
+        "sub r16,r18 \n\tsbc r17,r19 \n\t"
+        "add r20,r18 \n\tadc r21,r19 \n\t"
+        "movw r18,r16 \n\t"
+        "ldd r16,Y+4 \n\tldd r17,Y+5 \n\t"                 /* state of neuron 2 */
+        "add r20,r16 \n\tadc r21,r17 \n\t"
+        "ldd r16,Y+2 \n\tldd r17,Y+3 \n\t"                 /* state of neuron 1 */
+        "add r16,r24 \n\tadc r17,r25 \n\t"
+        "movw r22,r16 \n\t"
+        "ldd r16,Y+6 \n\tldd r17,Y+7 \n\t"                 /* state of neuron 3 */
+        "add r24,r16 \n\tadc r25,r17 \n\t"
+        "movw r16,r18 \n\trcall 1f \n\t"
+        "std Y+0,r16 \n\tstd Y+1,r17 \n\t"                 /* neuron 0 */
+        "std Y+8,r18 \n\tstd Y+9,r19 \n\t"
+        "movw r16,r22 \n\trcall 1f \n\t"
+        "std Y+2,r16 \n\tstd Y+3,r17 \n\t"                 /* neuron 1 */
+        "std Y+10,r18 \n\tstd Y+11,r19 \n\t"
+        "movw r16,r20 \n\trcall 1f \n\t"
+        "std Y+4,r16 \n\tstd Y+5,r17 \n\t"                 /* neuron 2 */
+        "std Y+12,r18 \n\tstd Y+13,r19 \n\t"
+        "st X+,r18 \n\tst X+,r19 \n\t"                     /* motor 0 */
+        "movw r16,r24 \n\trcall 1f \n\t"
+        "std Y+6,r16 \n\tstd Y+7,r17 \n\t"                 /* neuron 3 */
+        "std Y+14,r18 \n\tstd Y+15,r19 \n\t"
+        "st X+,r18 \n\tst X+,r19 \n\t"                     /* motor 1 */
+        "rjmp 2f \n\t"
+        "1: \n\tldi r30,0x20 \n\tadd r30,r17 \n\t"         /* beyond +-8192 the state becomes 0 */
+        "cpi r16,1 \n\tsbci r30,0x40 \n\t"                 /* carry: 0 <= sum + 8192 <= 16384 */
+        "sbc r30,r30 \n\tand r16,r30 \n\tand r17,r30 \n\t"
+        "mov r0,r16 \n\tlsl r0 \n\tmov r30,r17 \n\trol r30 \n\t" /* twice the state: k - 64 and 2 f */
+        "lsl r30 \n\tsbc r31,r31 \n\tsubi r30,lo8(-(%[middle])) \n\tsbci r31,hi8(-(%[middle])) \n\t"
+        "lpm r18,Z+ \n\tlpm r19,Z+ \n\tlpm r30,Z \n\tsub r30,r18 \n\t" /* T[k], T[k + 1] - T[k] */
+        "mul r30,r0 \n\tlsl r0 \n\tadc r18,r1 \n\tclr r1 \n\tadc r19,r1 \n\t"
+        "ret \n\t"
+        "2: \n\tpop r29 \n\tpop r28 \n\t"
+        : [at] "+r"(at), "+z"(sensors), "+x"(motors)
+        : [middle] "i"(walker_nodes + 64)
+        : "r0", "r16", "r17", "r18", "r19", "r20", "r21", "r22", "r23", "memory");
 }
 #else
-static inline uint32_t walker_neuron(uint16_t sum)
+/* The refractory reset and the sigmoid: beyond +-8192 u becomes 0.
+ * x = T[k] + ((T[k+1] - T[k]) f + 64 >> 7) with u + 8192 = 128 k + f */
+static inline uint32_t walker_neuron(uint32_t s, uint16_t *u_i)
 {
-    const uint32_t keep = 0u - (uint32_t)((uint16_t)(sum + 8192u) <= 16384u);
-    const uint32_t u = sum & keep, z2 = ((u + 8192u) & 0xFFFFu) << 1, k = z2 >> 8;
+    const uint32_t z = (s + 8192u) & 0xFFFFu, sum = z - 8192u, keep = ((16384u - z) >> 31) - 1u;
+    const uint32_t u = sum & keep, shifted = u + 8192u, k = shifted >> 7;
     const uint32_t low = WALKER_WORD(walker_nodes + k), slope = WALKER_WORD(walker_nodes + k + 1) - low;
-    const uint32_t x = low + ((slope * (z2 & 0xFFu) + 128u) >> 8);
-    return u | x << 16;
+    const uint32_t x = low + ((slope * (shifted & 127u) + 64u) >> 7);
+    *u_i = (uint16_t)u;
+    return x;
 }
-#endif
-
-#ifdef WALKER_AVR_ASSEMBLER
-#define WALKER_ADD(s, q) __asm__("add %A0, %A1 \n\t adc %B0, %B1" : "+r"(s) : "r"(q))
-#define WALKER_SUB(s, q) __asm__("sub %A0, %A1 \n\t sbc %B0, %B1" : "+r"(s) : "r"(q))
-#else
-#define WALKER_ADD(s, q) ((s) = (uint16_t)((s) + (q)))
-#define WALKER_SUB(s, q) ((s) = (uint16_t)((s) - (q)))
-#endif
 
 /* 10-bit sensor to Q10: r + (r >> 9), so that mid-scale is symmetric about 512 */
-static inline uint16_t walker_q10(uint16_t r)
+static inline uint32_t walker_q10(uint32_t r)
 {
-#ifdef WALKER_AVR_ASSEMBLER
-    __asm__("mov r0, %B0 \n\t lsr r0 \n\t add %A0, r0 \n\t adc %B0, __zero_reg__" : "+r"(r) : : "r0");
-    return r;
-#else
-    return (uint16_t)(r + (r >> 9));
-#endif
+    return r + (r >> 9);
 }
 
 static inline void walker_step(walker_t *c, const uint16_t *sensors, int16_t *motors)
 {
-    uint16_t q;
-    uint32_t v;
-    uint16_t s0 = c->u[0];
-    uint16_t s1 = c->u[1];
-    uint16_t s2 = c->u[2];
-    uint16_t s3 = c->u[3];
-    uint16_t a0 = 0;
-    uint16_t b0 = 0;
-    uint16_t a2 = 0;
-    uint16_t b2 = 0;
-    q = walker_q10(sensors[0]); WALKER_ADD(b0, q); WALKER_ADD(b2, q);
-    q = walker_q10(sensors[1]); WALKER_SUB(b0, q); WALKER_SUB(b2, q);
-    q = walker_q10(sensors[2]); WALKER_SUB(b0, q); WALKER_SUB(b2, q);
-    q = walker_q10(sensors[3]); WALKER_SUB(b0, q); WALKER_ADD(a2, q);
-    q = walker_q10(sensors[4]); WALKER_SUB(b0, q); WALKER_ADD(a2, q);
-    q = c->x[0]; WALKER_SUB(b0, q); WALKER_ADD(a2, q);
-    q = c->x[1]; WALKER_ADD(a0, q); WALKER_ADD(a2, q);
-    q = c->x[2]; WALKER_ADD(b0, q); WALKER_SUB(a2, q);
-    q = c->x[3]; WALKER_ADD(b0, q); WALKER_ADD(b2, q);
-    WALKER_ADD(s0, a0);
-    WALKER_ADD(s1, a0);
-    WALKER_ADD(s0, b0);
-    WALKER_SUB(s1, b0);
-    WALKER_ADD(s2, a2);
-    WALKER_ADD(s3, a2);
-    WALKER_ADD(s2, b2);
-    WALKER_SUB(s3, b2);
-    v = walker_neuron(s0);
-    c->u[0] = (uint16_t)v;
-    c->x[0] = (uint16_t)(v >> 16);
-    v = walker_neuron(s1);
-    c->u[1] = (uint16_t)v;
-    c->x[1] = (uint16_t)(v >> 16);
-    v = walker_neuron(s2);
-    c->u[2] = (uint16_t)v;
-    c->x[2] = (uint16_t)(v >> 16);
-    motors[0] = (int16_t)(v >> 16);
-    v = walker_neuron(s3);
-    c->u[3] = (uint16_t)v;
-    c->x[3] = (uint16_t)(v >> 16);
-    motors[1] = (int16_t)(v >> 16);
+    uint32_t q;  /* of it and of the sums the low 16 bits count */
+    uint32_t s0 = c->u[0];
+    uint32_t s1 = c->u[1];
+    uint32_t s2 = c->u[2];
+    uint32_t s3 = c->u[3];
+    uint32_t a0 = 0;
+    uint32_t b0 = 0;
+    uint32_t a2 = 0;
+    uint32_t b2 = 0;
+    q = walker_q10(sensors[0]); b0 += q; b2 += q;
+    q = walker_q10(sensors[1]); b0 -= q; b2 -= q;
+    q = walker_q10(sensors[2]); b0 -= q; b2 -= q;
+    q = walker_q10(sensors[3]); b0 -= q; a2 += q;
+    q = walker_q10(sensors[4]); b0 -= q; a2 += q;
+    q = c->x[0]; b0 -= q; a2 += q;
+    q = c->x[1]; a0 += q; a2 += q;
+    q = c->x[2]; b0 += q; a2 -= q;
+    q = c->x[3]; b0 += q; b2 += q;
+    s0 += a0;
+    s1 += a0;
+    s0 += b0;
+    s1 -= b0;
+    s2 += a2;
+    s3 += a2;
+    s2 += b2;
+    s3 -= b2;
+    q = walker_neuron(s0, &c->u[0]);
+    c->x[0] = (uint16_t)q;
+    q = walker_neuron(s1, &c->u[1]);
+    c->x[1] = (uint16_t)q;
+    q = walker_neuron(s2, &c->u[2]);
+    c->x[2] = (uint16_t)q;
+    motors[0] = (int16_t)q;
+    q = walker_neuron(s3, &c->u[3]);
+    c->x[3] = (uint16_t)q;
+    motors[1] = (int16_t)q;
 }
+#endif
 
 
 static inline void walker_reset(walker_t *c)

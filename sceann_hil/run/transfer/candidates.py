@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sceann_hil.errors import ConfigError
-from sceann_hil.evolution import SGA
+from sceann_hil.evolution import SGA, SGAConfig
 from sceann_hil.network.coding import Bits
 from sceann_hil.plugins import RobotConfig
 from sceann_hil.run.transfer import cache
@@ -62,7 +62,7 @@ def evolve(world: World, runs: int, report: Report = silent, numbers: Sequence[i
 def _run(world: World, body: RobotConfig, number: int) -> tuple[Bits, NDArray[np.float64]]:
     """Every genome of one run and its fitness."""
     evaluator = world.evaluator(body)
-    algorithm = SGA(world.phenotype.genome_length, population=POPULATION)
+    algorithm = SGA(world.phenotype.genome_length, SGAConfig(population=POPULATION))
     rng = generator(_ROOT, Purpose.ENSEMBLE, 1_000_000 + number)
     state = algorithm.start(rng)
     genomes, fitness = [], []

@@ -64,7 +64,7 @@ class Status:
         left: what is left of each budget, in words.
         todo_s: about how long the trials take that this generation still needs; None if nobody knows.
         forecast: when the run or its budget ends, in words.
-        best_fitness: of the last finished generation.
+        best: the best individual of this generation so far, in words.
         warnings: what is wrong now; shown as a banner.
     """
 
@@ -83,7 +83,7 @@ class Status:
     left: tuple[str, ...] = ()
     todo_s: float | None = None
     forecast: str = ""
-    best_fitness: float | None = None
+    best: str = ""
     warnings: tuple[str, ...] = ()
 
 

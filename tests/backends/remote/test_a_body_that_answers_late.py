@@ -15,7 +15,7 @@ from tests.backends.remote.trials import counted, pole_trials, virtual_config
 
 def delayed(monkeypatch: pytest.MonkeyPatch, seconds: list[float]) -> VirtualBody:
     """A cart-pole that takes so long for its first answers."""
-    body = VirtualBody(CartPole(n_sensors=2))
+    body = VirtualBody(CartPole())
     sense = body.sense
 
     def late() -> list[int]:

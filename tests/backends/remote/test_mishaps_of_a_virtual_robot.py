@@ -19,7 +19,7 @@ from tests.backends.remote.trials import virtual_config
 
 
 def test_the_doctor_knows_a_pressed_bumper_from_a_bad_cable() -> None:
-    body = VirtualBody(CartPole(n_sensors=2))
+    body = VirtualBody(CartPole())
     body.place([0.0, 0.0, 0.5, 0.0])
     while not body.pressed:
         body.hold()
@@ -31,7 +31,7 @@ def test_the_doctor_knows_a_pressed_bumper_from_a_bad_cable() -> None:
 
 def test_a_rig_port_in_use_is_told() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken, pytest.raises(ConfigError, match="--rig-port"):
-        VirtualPosix(VirtualBody(CartPole(n_sensors=2)), rig_port=taken.getsockname()[1])
+        VirtualPosix(VirtualBody(CartPole()), rig_port=taken.getsockname()[1])
 
 
 @pytest.mark.parametrize("option", ["--write", "--port", "--store"])

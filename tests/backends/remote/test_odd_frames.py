@@ -49,7 +49,7 @@ class Fuzz:
         self._mode = mode
         self._rng = np.random.default_rng(seed)
         self._trials = pole_trials(200, STEPS, seed=seed)
-        with CartPole(n_sensors=2) as simulated:
+        with CartPole() as simulated:
             self._expected = simulated.run(self._trials)
         self._number = secrets.randbelow(1 << 16)
 
@@ -112,7 +112,7 @@ class Fuzz:
 
 @contextmanager
 def _virtual(mode: str) -> Iterator[tuple[VirtualPosix, RemoteConfig]]:
-    with VirtualPosix(None if mode == "hil" else VirtualBody(CartPole(n_sensors=2))) as virtual:
+    with VirtualPosix(None if mode == "hil" else VirtualBody(CartPole())) as virtual:
         if mode == "hil":
             config = parse_config(pole_run(hil_robot(virtual.port, reconnect_s=0.5)), "test").robot
             assert isinstance(config, RemoteConfig)

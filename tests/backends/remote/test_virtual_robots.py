@@ -45,7 +45,7 @@ needs_qemu = pytest.mark.skipif(
     shutil.which("qemu-system-arm") is None or shutil.which("arm-none-eabi-gcc") is None,
     reason="qemu-system-arm or arm-none-eabi-gcc is not installed",
 )
-WHEELS = DifferentialDrive(n_sensors=3, tick_s=0.05)
+WHEELS = DifferentialDrive(DifferentialDriveConfig(n_sensors=3, tick_s=0.05))
 SIZE = NetworkSize(3, 0, 2)
 
 

@@ -80,6 +80,18 @@ def test_infrared_reads_the_distance_to_whatever_is_nearest(make_trials: MakeTri
     assert np.mean(np.concatenate(readings) > 0.0) > 0.2
 
 
+@pytest.mark.parametrize("degrees", [0.0, 90.0, 180.0, 270.0, 45.0])
+def test_a_ray_along_the_arena_s_walls_meets_what_is_ahead_and_nothing_else(
+    degrees: float, make_trials: MakeTrials
+) -> None:
+    """Regression: a sensor that looked exactly along a wall read contact, as in starts at 0 and 180 degrees."""
+    sensor = Infrared((RADIUS, 0.0), 0.0, 0.45)
+    robot = WorldDrive(World(ARENA), Senses((sensor,)), MOTION, 0.1)
+    (trace,) = traces_of(robot, make_trials, 1, start=(0.5, 0.4, np.deg2rad(degrees)))
+    expected = 1.0 - marched(World(ARENA), sensor, trace.state[:1].astype(float)) / sensor.range_m
+    assert trace.sensors[0, 0] / 1023.0 == pytest.approx(expected[0], abs=2e-3)
+
+
 def test_a_table_of_readings_gives_what_the_straight_response_gives(make_trials: MakeTrials) -> None:
     table = fitted(((0.0, 1.0), (0.3, 0.0)), 0.3)
     sensors = (Infrared((0.03, 0.0), 0.2, 0.3), Infrared((0.03, 0.0), 0.2, 0.3, table))

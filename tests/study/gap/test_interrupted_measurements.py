@@ -28,7 +28,7 @@ N = 3
 
 @pytest.fixture
 def virtual() -> Iterator[VirtualPosix]:
-    with VirtualPosix(VirtualBody(CartPole(n_sensors=2))) as robot:
+    with VirtualPosix(VirtualBody(CartPole())) as robot:
         yield robot
 
 

@@ -10,14 +10,14 @@ import pytest
 from selenium.webdriver.common.by import By
 from selenium.webdriver.remote.webdriver import WebDriver
 
-from backends.diffdrive import DifferentialDrive
+from backends.diffdrive import DifferentialDrive, DifferentialDriveConfig
 from sceann_hil.robot import EndReason
 from sceann_hil.supervision.operators import ACCEPTED, Desk, Finished, Phase, Situation, Status, Verb
 from sceann_hil.supervision.operators.web import WebPanel
 from tests.supervision.operators.browsers import press, wait
 from tests.supervision.operators.stations import desk_in
 
-ARENA = DifferentialDrive(5).drawing
+ARENA = DifferentialDrive(DifferentialDriveConfig(n_sensors=5)).drawing
 START = (("x_m", 0.1), ("y_m", 0.12), ("heading_rad", 0.785))
 WORDS = "Put the robot 10.0 cm from the left and 12.0 cm from the lower wall, heading 45° (0° is right, 90° is up)."
 SITUATION = Situation(7, 12, 1, 0, WORDS, START)

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sceann_hil.evolution.sga import SGA
+from sceann_hil.evolution.sga import SGA, SGAConfig
 from sceann_hil.journal import JOURNAL_NAME
 from sceann_hil.run.experiment import Experiment, Outcome
 from sceann_hil.supervision.saving import Pool, Racing, bounds, raced_fitness, rounds, still_open
@@ -48,7 +48,7 @@ def test_whatever_the_rest_would_give_the_next_generation_is_the_same(trials: li
     raced, full = raced_fitness(seen, 0.0, 1.0, Racing.EXACT), raced_fitness(whole, 0.0, 1.0, Racing.EXACT)
     assert (np.sign(raced[:, None] - raced) == np.sign(full[:, None] - full)).all()
     assert raced.max() == full.max()
-    algorithm = SGA(24, population=len(whole))
+    algorithm = SGA(24, SGAConfig(population=len(whole)))
     state = algorithm.start(np.random.default_rng(seed))
     one, other = (algorithm.tell(state, f, np.random.default_rng(seed)) for f in (raced, full))
     assert (one.genomes == other.genomes).all()

@@ -47,6 +47,7 @@ def _document(view: View, prompt: Prompt, keymap: KeyMap) -> dict[str, Any]:
         "wall_s": status.wall_s,
         "left": list(status.left),
         "forecast": status.forecast,
+        "best": status.best,
         "warnings": list(status.warnings),
         "history": [
             {"title": f.title, "outcome": f.outcome, "duration_s": f.duration_s, "fitness": f.fitness}

@@ -159,6 +159,7 @@ function render() {
   if (v.battery !== null) facts.push(["battery", Math.round(100 * v.battery) + " %"]);
   facts.push(["time", time(v.wall_s) + ", robot " + time(v.robot_s)]);
   v.left.forEach(l => facts.push(["budget", l]));
+  if (v.best) facts.push(["in this generation", v.best]);
   if (v.forecast) facts.push(["forecast", v.forecast]);
   if (v.last) facts.push(["last said", v.last]);
   $("facts").replaceChildren(...facts.flatMap(([name, value]) => {
