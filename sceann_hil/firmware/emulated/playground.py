@@ -12,6 +12,7 @@ import tempfile
 import time
 from functools import cache
 from pathlib import Path
+from typing import Self
 
 from sceann_hil.errors import ToolMissing
 from sceann_hil.firmware.build import find_tool
@@ -108,7 +109,7 @@ class Playground:
         self._process.end()
         self._folder.cleanup()
 
-    def __enter__(self) -> Playground:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:

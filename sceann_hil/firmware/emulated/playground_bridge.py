@@ -11,13 +11,14 @@ from __future__ import annotations
 import ctypes
 import fcntl
 import os
+import select
 import socket
 import struct
 import sys
-import threading
 import time
 from contextlib import suppress
 
+_HEADER = 6
 _SIOCSIFFLAGS, _IFF_UP, _PR_SET_PDEATHSIG, _SIGKILL = 0x8914, 1, 1, 9
 
 
@@ -25,16 +26,6 @@ def loopback_up() -> None:
     """A fresh namespace has its loopback switched off."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
         fcntl.ioctl(any_socket, _SIOCSIFFLAGS, struct.pack("16sh14s", b"lo", _IFF_UP, b""))
-
-
-def carry(source: socket.socket, to: socket.socket) -> None:
-    """Bytes from one socket to the other, until either is closed."""
-    with suppress(OSError):
-        while data := source.recv(4096):
-            to.sendall(data)
-    for each in (source, to):
-        with suppress(OSError):
-            each.shutdown(socket.SHUT_RDWR)
 
 
 def connected(port: int) -> socket.socket:
@@ -48,14 +39,50 @@ def connected(port: int) -> socket.socket:
             time.sleep(0.02)
 
 
+def whole_messages(heard: bytearray) -> bytes:
+    """What has come of whole messages; the beginning of another one stays."""
+    end = 0
+    while len(heard) >= end + _HEADER and len(heard) >= end + _HEADER + int.from_bytes(heard[end : end + 2], "little"):
+        end += _HEADER + int.from_bytes(heard[end : end + 2], "little")
+    whole = bytes(heard[:end])
+    del heard[:end]
+    return whole
+
+
 def bridge(listener: socket.socket, port: int) -> None:
-    """Carry every connection; never returns."""
+    """Carry messages between the playground and whoever connected last; returns when the playground is gone.
+
+    The playground keeps one connection for all its life: it does not always survive that one goes and the next comes in
+    the same of its steps.
+    """
+    inner, outer = connected(port), None
+    to_inner, to_outer = bytearray(), bytearray()
     while True:
-        outer, _ = listener.accept()
-        outer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        inner = connected(port)
-        for one, other in ((outer, inner), (inner, outer)):
-            threading.Thread(target=carry, args=(one, other), daemon=True).start()
+        ready, _, _ = select.select([listener, inner, *([outer] if outer else [])], [], [])
+        if inner in ready:
+            if not (data := inner.recv(4096)):
+                return
+            to_outer += data
+            message = whole_messages(to_outer)
+            if outer is not None:
+                with suppress(OSError):
+                    outer.sendall(message)
+        if outer is not None and outer in ready:
+            data = b""
+            with suppress(OSError):
+                data = outer.recv(4096)
+            to_inner += data
+            if data:
+                inner.sendall(whole_messages(to_inner))
+            else:
+                outer.close()
+                outer = None
+        if listener in ready:
+            if outer is not None:
+                outer.close()
+            outer, _ = listener.accept()
+            outer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            to_inner.clear()
 
 
 if __name__ == "__main__":
