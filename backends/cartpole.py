@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from enum import StrEnum
 from functools import cached_property
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,22 +23,27 @@ from sceann_hil.robot import EndReason, RobotSpec
 from sceann_hil.robot.drawing import Arrow, Curve, Disc, Drawing, Look, Part, Strip, Swing
 
 GRAVITY_M_S2 = 9.8
-CART_KG = 1.0
-POLE_KG = 0.1
-POLE_HALF_LENGTH_M = 0.5
-LARGEST_FORCE_N = 10.0
-TRACK_M = 2.4
-LARGEST_ANGLE_RAD = np.deg2rad(36.0)
+LARGEST_ANGLE_DEG = 36.0
 
 _F = np.float32
 _G = _F(GRAVITY_M_S2)
-_LENGTH = _F(POLE_HALF_LENGTH_M)
-_POLE_MOMENT = _F(POLE_KG * POLE_HALF_LENGTH_M)
-_MASS = _F(CART_KG + POLE_KG)
-_TRACK = _F(TRACK_M)
-_ANGLE = _F(LARGEST_ANGLE_RAD)
 _FELL = int(EndReason.FELL)
 _OUT = int(EndReason.OUT_OF_BOUNDS)
+(
+    _TICK,
+    _IMPLICIT,
+    _HALF_V,
+    _HALF_W,
+    _FORCE,
+    _MASS,
+    _POLE,
+    _MOMENT,
+    _LENGTH,
+    _TRACK,
+    _ANGLE,
+    _CART_FRICTION,
+    _POLE_FRICTION,
+) = range(13)
 
 
 class Integrator(StrEnum):
@@ -57,10 +62,10 @@ def _sense(
     work: NDArray[np.float32],
     parameters: NDArray[np.float32],
 ) -> None:
-    half_v, half_w = parameters[2], parameters[3]
+    track, largest, half_v, half_w = parameters[_TRACK], parameters[_ANGLE], parameters[_HALF_V], parameters[_HALF_W]
     for lane in range(LANES):
-        sensors[0, lane] = (state[0, lane] + _TRACK) / (_F(2.0) * _TRACK)
-        sensors[1, lane] = (state[2, lane] + _ANGLE) / (_F(2.0) * _ANGLE)
+        sensors[0, lane] = (state[0, lane] + track) / (_F(2.0) * track)
+        sensors[1, lane] = (state[2, lane] + largest) / (_F(2.0) * largest)
     if sensors.shape[0] == 4:
         for lane in range(LANES):
             sensors[2, lane] = (state[1, lane] + half_v) / (_F(2.0) * half_v)
@@ -76,36 +81,39 @@ def _advance(
     work: NDArray[np.float32],
     parameters: NDArray[np.float32],
 ) -> None:
-    tick = parameters[0]
-    implicit = parameters[1]
+    tick, implicit = parameters[_TICK], parameters[_IMPLICIT]
+    mass, pole, moment, length = parameters[_MASS], parameters[_POLE], parameters[_MOMENT], parameters[_LENGTH]
     for lane in range(LANES):
         x, v, angle, rate = state[0, lane], state[1, lane], state[2, lane], state[3, lane]
-        force = _F(LARGEST_FORCE_N) * (_F(2.0) * motors[0, lane] - _F(1.0))
+        force = parameters[_FORCE] * (_F(2.0) * motors[0, lane] - _F(1.0)) - parameters[_CART_FRICTION] * v
         s, c = sine(angle), cosine(angle)
-        thrust = (force + _POLE_MOMENT * rate * rate * s) / _MASS
-        angular = (_G * s - c * thrust) / (_LENGTH * (_F(4.0 / 3.0) - _F(POLE_KG) * c * c / _MASS))
-        linear = thrust - _POLE_MOMENT * angular * c / _MASS
+        thrust = (force + moment * rate * rate * s) / mass
+        turning = _G * s - c * thrust - parameters[_POLE_FRICTION] * rate / moment
+        angular = turning / (length * (_F(4.0 / 3.0) - pole * c * c / mass))
+        linear = thrust - moment * angular * c / mass
         new_v = v + tick * linear
         new_rate = rate + tick * angular
         x = x + tick * (v + implicit * (new_v - v))
         angle = angle + tick * (rate + implicit * (new_rate - rate))
         state[0, lane], state[1, lane], state[2, lane], state[3, lane] = x, new_v, angle, new_rate
-        end = np.int32(_FELL) if abs(angle) > _ANGLE else np.int32(RUNNING)
-        end_reasons[lane] = np.int32(_OUT) if abs(x) > _TRACK else end
+        end = np.int32(_FELL) if abs(angle) > parameters[_ANGLE] else np.int32(RUNNING)
+        end_reasons[lane] = np.int32(_OUT) if abs(x) > parameters[_TRACK] else end
+
+
+_USUAL: Mapping[str, Any] = {
+    "gap.sensor_offset": {"normal": [0.0, 0.005]},
+    "gap.sensor_gain": {"normal": [1.0, 0.02]},
+    "gap.sensor_noise": 0.001,
+    "gap.motor_gain": {"normal": [1.0, 0.1]},
+    "gap.motor_dead_band": {"uniform": [0.0, 0.05]},
+    "gap.latency_steps": {"uniform": [0.0, 1.49]},
+}
+"""A position and an angle by potentiometer or encoder, a belt drive; docs/transfer.md gives the reasons."""
+_Positive = Annotated[float, Field(gt=0.0)]
 
 
 class CartPoleConfig(RobotConfig):
     """A simulated cart with a pole."""
-
-    usual_uncertainty: ClassVar[Mapping[str, Any]] = {
-        "gap.sensor_offset": {"normal": [0.0, 0.005]},
-        "gap.sensor_gain": {"normal": [1.0, 0.02]},
-        "gap.sensor_noise": 0.001,
-        "gap.motor_gain": {"normal": [1.0, 0.1]},
-        "gap.motor_dead_band": {"uniform": [0.0, 0.05]},
-        "gap.latency_steps": {"uniform": [0.0, 1.49]},
-    }
-    """A position and an angle by potentiometer or encoder, a belt drive; docs/transfer.md gives the reasons."""
 
     type: Literal["cartpole"] = "cartpole"
     n_sensors: Literal[2, 4] = 2
@@ -118,8 +126,28 @@ class CartPoleConfig(RobotConfig):
     """Cart velocities from minus to plus this are scaled to [0, 1]."""
     angular_velocity_range_rad_s: Annotated[float, Field(gt=0.0)] = 3.5
     """Pole velocities from minus to plus this are scaled to [0, 1]."""
+    cart_kg: _Positive = 1.0
+    """Mass of the cart."""
+    pole_kg: _Positive = 0.1
+    """Mass of the pole, an even rod."""
+    pole_half_length_m: _Positive = 0.5
+    """From the pole's pivot to its middle."""
+    largest_force_n: _Positive = 10.0
+    """Force on the cart at motor value 1; as much the other way at 0."""
+    track_m: _Positive = 2.4
+    """From the middle of the track to each of its ends; positions in between are scaled to [0, 1]."""
+    largest_angle_deg: Annotated[float, Field(gt=0.0, lt=90.0)] = LARGEST_ANGLE_DEG
+    """From upright; beyond it the pole has fallen. Angles up to it are scaled to [0, 1]."""
+    cart_friction_n_s_m: Annotated[float, Field(ge=0.0)] = 0.0
+    """Force against the cart's motion for each metre per second."""
+    pole_friction_n_m_s: Annotated[float, Field(ge=0.0)] = 0.0
+    """Torque against the pole's turning for each radian per second."""
     gap: GapConfig = GapConfig()
     """How the body differs from the ideal one."""
+
+    @property
+    def usual_uncertainty(self) -> Mapping[str, Any]:
+        return _USUAL
 
     def values_of(self, key: str) -> int:
         return values_of_gap(key, self.n_sensors, 1)
@@ -133,10 +161,10 @@ class CartPoleConfig(RobotConfig):
 
 
 class CartPole(SimulatedRobot):
-    """Cart and pole on a track of 4.8 m. One motor: force = 10 N (2 m - 1).
+    """Cart and pole on a track. One motor: force = largest force (2 m - 1).
 
     Args:
-        config: sensors, times and scales.
+        config: sensors, times, scales, masses and lengths.
         gap: the body's imperfections, where they are not those of `config`.
         threads: cores to use; None for all.
     """
@@ -170,19 +198,32 @@ class CartPole(SimulatedRobot):
 
     @property
     def drawing(self) -> Drawing:
-        return _drawing()
+        config = self._config
+        return _drawing(config.track_m, 2.0 * config.pole_half_length_m, float(np.deg2rad(config.largest_angle_deg)))
 
     @cached_property
     def parameters(self) -> NDArray[np.float32]:
         config = self._config
-        implicit = float(config.integrator is Integrator.SEMI_IMPLICIT_EULER)
-        ranges = (config.velocity_range_m_s, config.angular_velocity_range_rad_s)
-        return np.array([config.tick_s, implicit, *ranges], np.float32)
+        values = {
+            _TICK: config.tick_s,
+            _IMPLICIT: float(config.integrator is Integrator.SEMI_IMPLICIT_EULER),
+            _HALF_V: config.velocity_range_m_s,
+            _HALF_W: config.angular_velocity_range_rad_s,
+            _FORCE: config.largest_force_n,
+            _MASS: config.cart_kg + config.pole_kg,
+            _POLE: config.pole_kg,
+            _MOMENT: config.pole_kg * config.pole_half_length_m,
+            _LENGTH: config.pole_half_length_m,
+            _TRACK: config.track_m,
+            _ANGLE: np.deg2rad(config.largest_angle_deg),
+            _CART_FRICTION: config.cart_friction_n_s_m,
+            _POLE_FRICTION: config.pole_friction_n_m_s,
+        }
+        return np.array([values[place] for place in range(len(values))], np.float32)
 
 
-def _drawing() -> Drawing:
+def _drawing(end: float, length: float, limit: float) -> Drawing:
     """Cart and pole from the side, the track's ends, and the angles at which the pole has fallen."""
-    end, length, limit = TRACK_M, 2.0 * POLE_HALF_LENGTH_M, float(LARGEST_ANGLE_RAD)
     rail_y = -0.11
     posts = (Strip(((s * end, rail_y - 0.1), (s * end, 0.15)), 0.024, Look.WALL) for s in (-1.0, 1.0))
     marks = (

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,22 +94,26 @@ _Positive = Annotated[float, Field(gt=0.0)]
 _PAPER_ONLY = ("n_sensors", "sensor_field_deg", "sensor_half_width_deg", "sensor_reference_m")
 
 
+_USUAL: Mapping[str, Any] = {
+    "gap.sensor_offset": {"normal": [0.0, 0.01]},
+    "gap.sensor_gain": {"normal": [1.0, 0.1]},
+    "gap.sensor_noise": 0.01,
+    "gap.motor_gain": {"uniform": [0.6, 1.2]},
+    "gap.motor_dead_band": {"uniform": [0.0, 0.2]},
+    "gap.latency_steps": {"uniform": [0.0, 2.49]},
+    "motion_noise": {"uniform": [0.05, 0.2]},
+}
+"""Tolerances of cheap parts; docs/transfer.md gives the reasons."""
+_USUAL_WITH_TARGET_ONLY: Mapping[str, Any] = {
+    "radius_m": {"scaled": [0.85, 1.2]},
+    "sensor_half_width_deg": {"scaled": [0.7, 1.4]},
+    "sensor_reference_m": {"scaled": [0.6, 1.5]},
+}
+"""The same of the paper's sensors, and of the wheel base where the radius stands for it."""
+
+
 class DifferentialDriveConfig(RobotConfig):
     """A simulated two-wheeled robot in a walled arena with a target."""
-
-    usual_uncertainty: ClassVar[Mapping[str, Any]] = {
-        "gap.sensor_offset": {"normal": [0.0, 0.01]},
-        "gap.sensor_gain": {"normal": [1.0, 0.1]},
-        "gap.sensor_noise": 0.01,
-        "gap.motor_gain": {"uniform": [0.6, 1.2]},
-        "gap.motor_dead_band": {"uniform": [0.0, 0.2]},
-        "gap.latency_steps": {"uniform": [0.0, 2.49]},
-        "radius_m": {"scaled": [0.85, 1.2]},
-        "sensor_half_width_deg": {"scaled": [0.7, 1.4]},
-        "sensor_reference_m": {"scaled": [0.6, 1.5]},
-        "motion_noise": {"uniform": [0.05, 0.2]},
-    }
-    """Tolerances of cheap parts; docs/transfer.md gives the reasons."""
 
     type: Literal["diffdrive"] = "diffdrive"
     n_sensors: Annotated[int, Field(ge=1, le=20)] = 7
@@ -139,8 +143,14 @@ class DifferentialDriveConfig(RobotConfig):
     gap: GapConfig = GapConfig()
     """How the body differs from the ideal one."""
 
+    @property
+    def usual_uncertainty(self) -> Mapping[str, Any]:
+        if self.world is not None:
+            return {**_USUAL, **self.world.usual_uncertainty(self.radius_m)}
+        return {**_USUAL, **_USUAL_WITH_TARGET_ONLY}
+
     def values_of(self, key: str) -> int:
-        return values_of_gap(key, self.n_sensors, 2)
+        return values_of_gap(key, self.spec.n_sensors, 2)
 
     @property
     def spec(self) -> RobotSpec:
@@ -156,7 +166,7 @@ class DifferentialDriveConfig(RobotConfig):
             given = [name for name in _PAPER_ONLY if getattr(self, name) != fields[name].default]
             if given:
                 raise Misfit(f"{given[0]}: expected nothing here beside world, which has the sensors", *given)
-            self.world.check(self.arena_m, self.radius_m)
+            self.world.check(self.arena_m, self.target_m, self.target_radius_m)
         return self.build().spec
 
     def refuses_start(self, start: Mapping[str, float]) -> str:
@@ -165,8 +175,10 @@ class DifferentialDriveConfig(RobotConfig):
             low, high = self.radius_m, length - self.radius_m
             if not low <= value <= high:
                 return f"expected {axis} in {low:g}..{high:g} m (inside the arena), got {value:g}"
-        thing = self.world.standing_in(point, self.radius_m) if self.world is not None else ""
-        return f"expected a free place, got [{point[0]:g}, {point[1]:g}], where {thing} stands" if thing else ""
+        if self.world is None:
+            return ""
+        thing = self.world.standing_in(point, self.radius_m, self.target_m, self.target_radius_m)
+        return f"expected a free place, got [{point[0]:g}, {point[1]:g}], where {thing}" if thing else ""
 
     def build(self) -> DifferentialDrive | WorldDrive:
         if self.world is not None:
@@ -221,7 +233,7 @@ class DifferentialDrive(SimulatedRobot):
         if config.world is not None:
             raise ValueError("world: expected none for this body; build() of the configuration makes the one with it")
         super().__init__(config.gap.build(config.n_sensors, 2) if gap is None else gap, threads)
-        self._config = config
+        self._config, self.draws_noise = config, config.motion_noise > 0.0
         n_sensors = config.n_sensors
         self._spec = RobotSpec(
             name="diffdrive",

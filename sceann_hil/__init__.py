@@ -9,7 +9,7 @@ The public names; ``docs/python.md`` shows them at work::
     run = sh.evolve(config, "runs/goal", progress=True)
     best = run.champion()
 
-* `config`, `evolve`, `open`, `simulate`, `export`: from a configuration to a C header.
+* `config`, `evolve`, `transfer`, `open`, `simulate`, `export`: from a configuration to a C header.
 * `Run`, `Individual`, `Trial`: what they give back.
 * `BatchEvaluator`: genomes to fitness without a journal, for loops of one's own.
 * `RobotConfig`, `TaskConfig`, `AlgorithmConfig`, `Robot`, `Task`, `Algorithm`: what a package of one's own subclasses.
@@ -45,7 +45,7 @@ from sceann_hil.lazily import lazily
 
 if TYPE_CHECKING:
     from sceann_hil import config
-    from sceann_hil.api import Individual, Run, Trial, evolve, export, open, simulate
+    from sceann_hil.api import Individual, Run, Trial, evolve, export, open, simulate, transfer
     from sceann_hil.config import ExperimentConfig
     from sceann_hil.errors import UserError
     from sceann_hil.evolution import Algorithm
@@ -73,12 +73,13 @@ __all__ = [
     "export",
     "open",
     "simulate",
+    "transfer",
 ]
 
 _get = lazily(
     __name__,
     {
-        "api": ("Individual", "Run", "Trial", "evolve", "export", "open", "simulate"),
+        "api": ("Individual", "Run", "Trial", "evolve", "export", "open", "simulate", "transfer"),
         "config": ("ExperimentConfig",),
         "errors": ("UserError",),
         "evolution": ("Algorithm",),

@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from sceann_hil.commands import inherited
 from sceann_hil.commands.lazy import LazyCommands, add_placeholders
 from sceann_hil.commands.streams import prepare as prepare_streams
 
@@ -56,6 +57,7 @@ def options(
 def main() -> None:
     """Run the command line; a user's error gets its message and its exit code, a bug keeps its traceback."""
     try:
+        inherited.set_right()
         prepare_streams()
         try:
             app()

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import os
 import subprocess
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import IO
+
+from sceann_hil.errors import ToolMissing
 
 _KEEPER = 'exec 3<&0 </dev/null; "$@" 3<&- & read -r _ <&3; kill -9 $! 2>/dev/null; wait $! 2>/dev/null'
 """A shell that waits for the end of its input, which is this process's end of a pipe, and then ends the program."""
@@ -34,6 +37,20 @@ def guarded(
     Returns:
         A process that ends when the program does, with its exit code.
     """
+    if sys.platform == "win32":
+        # no shell there: a program is ended with the block, but outlives a process that is killed
+        with subprocess.Popen(
+            list(command),
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=None if output is None else subprocess.STDOUT,
+            env=dict(environment),
+        ) as process:
+            try:
+                yield process
+            finally:
+                process.kill()
+        return
     theirs, ours = os.pipe()
     try:
         process = subprocess.Popen(
@@ -55,6 +72,11 @@ def guarded(
         process.wait()
 
 
+def _needs_a_shell() -> None:
+    if sys.platform == "win32":
+        raise ToolMissing("Emulated boards need a POSIX system.", "Use Linux, or a board of your own.")
+
+
 class GuardedProcess:
     """A program without input and output.
 
@@ -64,9 +86,13 @@ class GuardedProcess:
 
     Attributes:
         keeper: the process that ends it.
+
+    Raises:
+        ToolMissing: on Windows.
     """
 
     def __init__(self, command: Sequence[str], pass_fds: Sequence[int] = ()) -> None:
+        _needs_a_shell()
         theirs, self._ours = os.pipe()
         try:
             self.keeper = subprocess.Popen(

@@ -26,6 +26,7 @@ class Purpose(IntEnum):
     REPEAT = 7
     ROBOT = 8
     ENSEMBLE = 9
+    OBSTACLE = 10
 
 
 def generator(root_seed: int, purpose: Purpose, *numbers: int) -> np.random.Generator:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from datetime import timedelta
+from datetime import datetime, timedelta
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
@@ -46,3 +46,11 @@ def duration_text(seconds: float) -> str:
     if seconds < _CENTURY_S:
         return str(timedelta(seconds=round(seconds)))
     return f"{seconds / _CENTURY_S * 100:.3g} years" if seconds < float("inf") else "without end"
+
+
+def moment_text(at: str) -> str:
+    """A moment of a journal (ISO 8601) for people, on the clock of this computer: ``2026-11-27 11:24``."""
+    try:
+        return f"{datetime.fromisoformat(at).astimezone():%Y-%m-%d %H:%M}"
+    except (ValueError, OverflowError):
+        return at

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import platform
+from collections.abc import Sequence
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -12,6 +14,7 @@ from sceann_hil.registry import Group, entry_points
 PROGRAM = "sceann-hil"
 _COMPUTING = (PROGRAM, "numpy", "numba", "llvmlite")
 _NOT_COMPUTING = ("machine",)
+VERSIONS_NAME = "sceann-versions.json"
 BODIES = "simulated bodies"
 """Beside versions: a fingerprint of the bodies' code, where somebody notes one."""
 
@@ -33,6 +36,29 @@ def running_versions() -> dict[str, str]:
         "processor": _processor(),
         "machine": f"{platform.system()} {platform.machine()}",
     }
+
+
+def maker() -> str:
+    """This program with its version, for the metadata of what it writes."""
+    return f"{PROGRAM} {running_versions()[PROGRAM]}"
+
+
+def write_versions(folder: Path, made_with: Sequence[dict[str, str]]) -> Path:
+    """What tables were computed with and are written by, in a file beside them: a comment in a CSV breaks its readers.
+
+    Args:
+        folder: of the tables.
+        made_with: versions of every process that computed what is in them.
+
+    Returns:
+        The file.
+    """
+    path = folder / VERSIONS_NAME
+    different = list({tuple(sorted(versions.items())): versions for versions in made_with}.values())
+    path.write_text(
+        json.dumps({"computed_with": different, "written_by": running_versions()}, indent=2) + "\n", encoding="utf-8"
+    )
+    return path
 
 
 def version_differences(before: dict[str, str], now: dict[str, str]) -> list[str]:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import time
+
 import pytest
 
-from sceann_hil.timespans import duration_text, parse_duration_s
+from sceann_hil.timespans import duration_text, moment_text, parse_duration_s
 
 
 @pytest.mark.parametrize(
@@ -42,3 +44,12 @@ def test_what_is_no_duration_is_refused(text: str) -> None:
 )
 def test_any_number_has_a_text(seconds: float, text: str) -> None:
     assert duration_text(seconds) == text
+
+
+def test_a_moment_is_told_on_the_clock_of_this_computer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TZ", "UTC-2")
+    time.tzset()
+    assert moment_text("2026-11-27T23:24:17.184+00:00") == "2026-11-28 01:24"
+    monkeypatch.undo()
+    time.tzset()
+    assert moment_text("yesterday") == "yesterday"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import secrets
 import time
 from collections.abc import Iterator
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -21,7 +22,7 @@ from sceann_hil.link.vocabulary import Function, Mode, Op, State, Status, Teleme
 from sceann_hil.network.coding import NetworkSize
 from sceann_hil.network.controller import ONE, SENSOR_MAX, Dynamics
 from sceann_hil.robot import Health, LinkError, RobotError
-from sceann_hil.robot.diagnosis import Finding, Verdict
+from sceann_hil.robot.diagnosis import Finding, Mover, Verdict
 from sceann_hil.robot.durations import Durations
 
 PROBES = 200
@@ -55,7 +56,7 @@ class Examined(Protocol):
         """What it complains of."""
 
 
-def examine(robot: Examined, mode: Mode, *, may_move: bool) -> Iterator[Finding]:
+def examine(robot: Examined, mode: Mode, mover: Mover | None) -> Iterator[Finding]:
     """All checks, until one fails that makes the others pointless."""
     yield _ports()
     try:
@@ -76,8 +77,8 @@ def examine(robot: Examined, mode: Mode, *, may_move: bool) -> Iterator[Finding]
         yield from _sensors(link, descriptor)
         if Capability.BODY not in descriptor.capabilities:
             return
-        if may_move:
-            yield _motors(link, descriptor)
+        if mover is not None:
+            yield mover("motors", partial(_motors, link, descriptor))
         else:
             yield Finding(
                 "motors", Verdict.NOT_DONE, "the robot was not moved", "Lift its wheels and add --move to try them."

@@ -37,7 +37,7 @@ from sceann_hil.robot import (
     TrialObserver,
     Trials,
 )
-from sceann_hil.robot.diagnosis import Finding
+from sceann_hil.robot.diagnosis import Finding, Mover
 from sceann_hil.robot.drawing import Drawing
 from sceann_hil.robot.durations import Durations
 
@@ -72,7 +72,7 @@ class RemoteRobot(Robot):
     ) -> None:
         if (body is None) == (settings.mode is Mode.HIL):
             raise ValueError(f"body: expected a simulated body in mode HIL and in no other, got {settings.mode.name}")
-        self._spec = replace(spec, batch_size=1, repeatable=False)
+        self._spec = replace(spec, batch_size=1, deterministic=False)
         self._settings = settings
         self._connection = Connection(self._spec, settings, open_bus)
         self._body = StepwiseBody(body) if body is not None else None
@@ -211,9 +211,9 @@ class RemoteRobot(Robot):
     def observe(self, observer: TrialObserver | None) -> None:
         self._observer = observer
 
-    def diagnose(self, *, may_move: bool) -> Iterator[Finding]:
+    def diagnose(self, mover: Mover | None = None) -> Iterator[Finding]:
         """Ports, handshake, latency, losses, the robot's own watchdog, sensors, and with leave the motors."""
-        yield from examine(self, self._settings.mode, may_move=may_move)
+        yield from examine(self, self._settings.mode, mover)
 
     # -- trials -----------------------------------------------------------------------------------------------------
 

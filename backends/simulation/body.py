@@ -30,6 +30,8 @@ class SimulatedBody(Robot):
     advance: Advance
     n_noise: int = 0
     """Normal deviates that `advance` wants per step, at most 16."""
+    draws_noise: bool = True
+    """False: `advance` multiplies its deviates by zero, so it gets zeros, which cost nothing."""
     neutral_motor: float = 0.0
     """The motor value at which nothing moves."""
 
@@ -68,19 +70,30 @@ class SimulatedBody(Robot):
             states[:, spec.state_fields.index(field)] = starts[:, column]
         return states
 
+    def states_of(self, starts: NDArray[np.float64], keys: NDArray[np.uint64]) -> NDArray[np.float64]:
+        """Body states at the start of trials, where something in them is drawn from the trials' keys.
+
+        Args:
+            starts: as in `initial_states`, which this gives unless a body draws something.
+            keys: the trials' 64-bit noise keys from the seed tree, shape ``(n,)``.
+        """
+        return self.initial_states(starts)
+
     def body_fingerprint(self) -> str:
         spec, fixed = self.spec, (self.n_noise, self.neutral_motor)
+        drawn = () if type(self).states_of is SimulatedBody.states_of else (type(self).states_of,)
         return fingerprint(
             type(self).sense,
             type(self).advance,
             type(self).initial_states,
+            *drawn,
             fixed,
             self.parameters,
             (spec.tick_s, spec.start_fields, spec.state_fields),
         )
 
-    def checked_states(self, starts: NDArray[np.float64]) -> Float32Array:
-        """`initial_states` as compiled code may have them.
+    def checked_states(self, starts: NDArray[np.float64], keys: NDArray[np.uint64]) -> Float32Array:
+        """`states_of` as compiled code may have them.
 
         Raises:
             ValueError: the body and these starts do not go together.
@@ -91,7 +104,7 @@ class SimulatedBody(Robot):
                 f"starts: {name} starts from {len(spec.start_fields)} values ({', '.join(spec.start_fields)}), "
                 f"got {starts.shape[1]}"
             )
-        states = np.asarray(self.initial_states(starts))
+        states = np.asarray(self.states_of(starts, keys))
         expected = (len(starts), len(spec.state_fields))
         if states.shape != expected:
             raise ValueError(f"initial_states of {name}: expected shape {expected}, got {states.shape}")
@@ -112,6 +125,12 @@ class SimulatedBody(Robot):
         if not 0 <= self.n_noise <= FIRST_SENSOR_CHANNEL:
             raise ValueError(f"n_noise of {name}: expected 0..{FIRST_SENSOR_CHANNEL}, got {self.n_noise}")
         return np.ascontiguousarray(parameters)
+
+    @property
+    def noise_rows(self) -> tuple[int, int]:
+        """Rows of noise for compiled code, an even number, and how many of them are drawn."""
+        rows = self.n_noise + self.n_noise % 2
+        return rows, rows if self.draws_noise else 0
 
     def bind(self, loop: Callable[..., None], **parts: Callable[..., Any]) -> Callable[..., None]:
         """A loop's machine code for this body.

@@ -10,9 +10,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from backends.simulation.adding_up import accumulating, nothing
 from backends.simulation.body import SimulatedBody
 from backends.simulation.gap import Gap
-from backends.simulation.lanes import accumulating, nothing, run_lanes
+from backends.simulation.lanes import run_lanes
 from backends.simulation.stepwise import StepwiseBody
 from sceann_hil.network.coding import NetworkSize
 from sceann_hil.network.controller import Neuron
@@ -69,7 +70,7 @@ class SimulatedRobot(SimulatedBody):
 
     def _loop(self, accumulation: Accumulation | None) -> Callable[..., None]:
         if accumulation not in self._loops:
-            part = nothing if accumulation is None else accumulating(accumulation)
+            part = nothing if accumulation is None else accumulating(accumulation, self.spec)
             self._loops[accumulation] = self.bind(run_lanes, accumulate=part)
         return self._loops[accumulation]
 
@@ -90,12 +91,12 @@ class SimulatedRobot(SimulatedBody):
         trace_sensors = np.empty((rows, trials.max_steps, size.n_sensors), np.uint16)
         trace_u = np.empty((rows, trials.max_steps, size.n_neurons), np.int16)
         trace_x = np.empty((rows, trials.max_steps, size.n_neurons), np.int16)
-        states, parameters = self.checked_states(trials.starts), self.checked_parameters()
+        states, parameters = self.checked_states(trials.starts, trials.keys), self.checked_parameters()
         gap = self.gap.draw(trials.keys, size.n_sensors, size.n_motors, self.neutral_motor)
 
         accumulation, loop = trials.accumulation, self._loop(trials.accumulation)
         totals = np.empty(n)
-        rule, first_total = (0, 0.0) if accumulation is None else (accumulation.rule, accumulation.first)
+        first_total = 0.0 if accumulation is None else accumulation.first
 
         def simulate(part: slice) -> None:
             traced = part if tracing else slice(0, 0)
@@ -108,7 +109,7 @@ class SimulatedRobot(SimulatedBody):
                 size.n_hidden,
                 trials.dynamics.neuron is Neuron.MEMORYLESS,
                 trials.dynamics.initial_output,
-                self.n_noise,
+                *self.noise_rows,
                 gap[part] if len(gap) else gap,
                 parameters,
                 end_reasons[part],
@@ -119,7 +120,6 @@ class SimulatedRobot(SimulatedBody):
                 trace_sensors[traced],
                 trace_u[traced],
                 trace_x[traced],
-                rule,
                 first_total,
                 totals[part],
             )

@@ -14,7 +14,6 @@ its own column, so a trial gives the same bits whatever runs beside it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -23,13 +22,12 @@ from numpy.typing import NDArray
 from backends.simulation.body import Float32Array
 from backends.simulation.gap import GAP_FIXED, MAX_LATENCY_STEPS, apply_motor_gap, apply_sensor_gap
 from backends.simulation.noise import CHANNELS, normal_pair
-from sceann_hil.network.compiled import compiled_part, rebound
+from sceann_hil.network.compiled import compiled_part
 from sceann_hil.network.neurons import LANES, update_hashes, update_outputs, update_states
 from sceann_hil.robot import EndReason
-from sceann_hil.robot.accumulation import Accumulation, combined
 
 RUNNING = -1
-WORK_ROWS = 10
+WORK_ROWS = 12
 _TIME_UP = int(EndReason.TIME_UP)
 _F = np.float32
 _U = np.uint32
@@ -38,7 +36,7 @@ sense: Any = None
 """The body's, in the globals that `SimulatedBody.bind` makes."""
 advance: Any = None
 accumulate: Any = None
-"""`nothing`, or what `accumulating` makes."""
+"""`adding_up.nothing`, or what `adding_up.accumulating` makes."""
 
 
 def run_lanes(
@@ -51,6 +49,7 @@ def run_lanes(
     memoryless: bool,
     initial_output: int,
     n_noise: int,
+    n_drawn: int,
     gap: Float32Array,
     parameters: Float32Array,
     end_reasons: NDArray[np.uint8],
@@ -61,7 +60,6 @@ def run_lanes(
     trace_sensors: NDArray[np.uint16],
     trace_u: NDArray[np.int16],
     trace_x: NDArray[np.int16],
-    rule: int,
     first_total: float,
     totals: NDArray[np.float64],
 ) -> None:
@@ -76,7 +74,7 @@ def run_lanes(
     state = np.zeros((n_state, LANES), np.float32)
     sensors = np.zeros((n_sensors, LANES), np.float32)
     motors = np.zeros((n_motors, LANES), np.float32)
-    noise = np.zeros((n_noise + n_noise % 2, LANES), np.float32)
+    noise = np.zeros((n_noise, LANES), np.float32)
     work = np.zeros((WORK_ROWS, LANES), np.float32)
     lane_gap = np.zeros((GAP_FIXED + 2 * n_sensors + n_motors, LANES), np.float32)
     delayed = np.zeros((MAX_LATENCY_STEPS + 1, n_motors, LANES), np.float32)
@@ -93,9 +91,6 @@ def run_lanes(
     ended = np.zeros(LANES, np.int32)
     trial_of = np.full(LANES, -1, np.int64)
     lane_totals = np.zeros(LANES, np.float64)
-    seen_sensors = np.zeros((LANES, n_sensors), np.float64)
-    seen_motors = np.zeros((LANES, n_motors), np.float64)
-    seen_state = np.zeros((LANES, n_state), np.float64)
     listed = np.zeros(LANES + 1, np.uint64)
     next_trial = 0
     running = 0
@@ -171,13 +166,13 @@ def run_lanes(
         update_outputs(u, resets, outputs, memoryless)
         update_hashes(u, lane_hashes)
 
-        accumulate(state, wire, outputs, seen_sensors, seen_motors, seen_state, lane_totals, rule)
+        accumulate(state, wire, outputs, lane_totals)
         for m in range(n_motors):
             for lane in range(LANES):
                 motors[m, lane] = _F(outputs[n_hidden + m, lane]) * _F(1.0 / 1024.0)
         if has_gap:
             apply_motor_gap(motors, delayed, lane_gap, n_sensors)
-        for k in range(0, n_noise, 2):
+        for k in range(0, n_drawn, 2):
             fill_normals(noise, k, key_low, key_high, step)
         advance(state, motors, noise, ended, work, parameters)
         if tracing:
@@ -197,66 +192,6 @@ def run_lanes(
         if running < LANES:
             for lane in range(LANES):
                 ended[lane] = np.int32(_TIME_UP) if trial_of[lane] < 0 else ended[lane]
-
-
-@compiled_part
-def nothing(
-    state: Float32Array,
-    wire: NDArray[np.uint16],
-    outputs: NDArray[np.int16],
-    seen_sensors: NDArray[np.float64],
-    seen_motors: NDArray[np.float64],
-    seen_state: NDArray[np.float64],
-    totals: NDArray[np.float64],
-    rule: int,
-) -> None:
-    """For a task that adds nothing up."""
-
-
-def accumulating(accumulation: Accumulation) -> Callable[..., None]:
-    """Adds the value of one step to each lane's total; for `run_lanes`."""
-    value = accumulation.value
-    copied = _copy_state if value.uses_state else _leave_state
-    return compiled_part(rebound(_accumulate, value=value.part, copy_state=copied))
-
-
-@compiled_part
-def _copy_state(state: Float32Array, seen_state: NDArray[np.float64]) -> None:
-    for k in range(state.shape[0]):
-        for lane in range(LANES):
-            seen_state[lane, k] = state[k, lane]
-
-
-@compiled_part
-def _leave_state(state: Float32Array, seen_state: NDArray[np.float64]) -> None:
-    """The value does not read it."""
-
-
-copy_state: Any = None
-value: Any = None
-
-
-def _accumulate(
-    state: Float32Array,
-    wire: NDArray[np.uint16],
-    outputs: NDArray[np.int16],
-    seen_sensors: NDArray[np.float64],
-    seen_motors: NDArray[np.float64],
-    seen_state: NDArray[np.float64],
-    totals: NDArray[np.float64],
-    rule: int,
-) -> None:
-    copy_state(state, seen_state)
-    n_hidden = outputs.shape[0] - seen_motors.shape[1]
-    for j in range(seen_sensors.shape[1]):
-        for lane in range(LANES):
-            seen_sensors[lane, j] = wire[j, lane] / 1023.0
-    for m in range(seen_motors.shape[1]):
-        for lane in range(LANES):
-            seen_motors[lane, m] = outputs[n_hidden + m, lane] / 1024.0
-    for lane in range(LANES):
-        worth = value(seen_sensors[lane], seen_motors[lane], seen_state[lane])
-        totals[lane] = combined(totals[lane], worth, rule)
 
 
 @compiled_part

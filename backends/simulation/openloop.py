@@ -38,9 +38,10 @@ def drive(
         Sensor values before each step, shape ``(n, steps, n_sensors)``.
     """
     sensed = np.zeros((*motors.shape[:2], robot.spec.n_sensors), np.float32)
-    states = robot.checked_states(starts)
-    n_noise = robot.n_noise + robot.n_noise % 2
-    robot.bind(_drive)(states, np.ascontiguousarray(motors), keys, n_noise, robot.checked_parameters(), sensed)
+    states = robot.checked_states(starts, keys)
+    robot.bind(_drive)(
+        states, np.ascontiguousarray(motors), keys, *robot.noise_rows, robot.checked_parameters(), sensed
+    )
     return sensed
 
 
@@ -49,6 +50,7 @@ def _drive(
     commands: Float32Array,
     keys: NDArray[np.uint64],
     n_noise: int,
+    n_drawn: int,
     parameters: Float32Array,
     sensed: Float32Array,
 ) -> None:
@@ -79,7 +81,7 @@ def _drive(
             for m in range(n_motors):
                 for lane in range(n):
                     motors[m, lane] = commands[first + lane, t, m]
-            for k in range(0, n_noise, 2):
+            for k in range(0, n_drawn, 2):
                 fill_normals(noise, k, key_low, key_high, step)
             advance(state, motors, noise, ended, work, parameters)
             for lane in range(LANES):

@@ -54,13 +54,14 @@ def _move(
     lane_gap: Float32Array,
     delayed: Float32Array,
     n_sensors: int,
+    n_drawn: int,
     key_low: NDArray[np.uint32],
     key_high: NDArray[np.uint32],
     step: NDArray[np.int32],
 ) -> None:
     if lane_gap.shape[0] > 0:
         apply_motor_gap(motors, delayed, lane_gap, n_sensors)
-    for k in range(0, noise.shape[0], 2):
+    for k in range(0, n_drawn, 2):
         fill_normals(noise, k, key_low, key_high, step)
     advance(state, motors, noise, ended, work, parameters)
     for lane in range(LANES):
@@ -85,7 +86,7 @@ class StepwiseBody:
         self._gap = robot.gap if gap is None else gap
         spec = robot.spec
         self._read_sensors, self._move = robot.bind(_read_sensors), robot.bind(_move)
-        n_noise = robot.n_noise + robot.n_noise % 2
+        n_noise, self._n_drawn = robot.noise_rows
         self._parameters = robot.checked_parameters()
         self._state = np.zeros((len(spec.state_fields), LANES), np.float32)
         self._sensors = np.zeros((spec.n_sensors, LANES), np.float32)
@@ -106,8 +107,9 @@ class StepwiseBody:
             key: noise key; the gap is drawn from it.
         """
         spec = self.robot.spec
-        self._state[:] = self.robot.checked_states(np.asarray(start, np.float64)[None])[0][:, None]
-        gap = self._gap.draw(np.array([key], np.uint64), spec.n_sensors, spec.n_motors, self.robot.neutral_motor)
+        keys = np.array([key], np.uint64)
+        self._state[:] = self.robot.checked_states(np.asarray(start, np.float64)[None], keys)[0][:, None]
+        gap = self._gap.draw(keys, spec.n_sensors, spec.n_motors, self.robot.neutral_motor)
         self._lane_gap = np.repeat(gap.T, LANES, axis=1) if len(gap) else np.zeros((0, LANES), np.float32)
         self._lane_gap = np.ascontiguousarray(self._lane_gap)
         if len(gap):
@@ -159,6 +161,7 @@ class StepwiseBody:
             self._lane_gap,
             self._delayed,
             self.robot.spec.n_sensors,
+            self._n_drawn,
             self._key_low,
             self._key_high,
             self._step,

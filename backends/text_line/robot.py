@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from backends.text_line.line import Question, TextLine
 from sceann_hil.network.controller import quantise_sensors
 from sceann_hil.robot import EndReason, Health, LinkError, RobotError, RobotSpec
-from sceann_hil.robot.diagnosis import Finding, Verdict
+from sceann_hil.robot.diagnosis import Finding, Mover, Verdict
 from sceann_hil.robot.durations import Durations
 from sceann_hil.robot.sensor_ends import SensorWatch
 from sceann_hil.robot.stepped import SteppedRobot
@@ -219,7 +219,7 @@ class TextLineRobot(SteppedRobot):
 
     # -- the doctor -------------------------------------------------------------------------------------------------
 
-    def diagnose(self, *, may_move: bool) -> Iterator[Finding]:
+    def diagnose(self, mover: Mover | None = None) -> Iterator[Finding]:
         try:
             self.connect()
         except RobotError as error:
@@ -228,13 +228,13 @@ class TextLineRobot(SteppedRobot):
             return
         try:
             yield Finding("connection", Verdict.GOOD, f"{self._line.port}: it answers and stops when told to")
-            yield from self._look(may_move=may_move)
-        except RobotError as error:
+            yield from self._look(mover)
+        except LinkError as error:
             yield Finding("answers", Verdict.BAD, str(error), "Compare the sketch with sense, drive and stop.")
         finally:
             self.disconnect()
 
-    def _look(self, *, may_move: bool) -> Iterator[Finding]:
+    def _look(self, mover: Mover | None) -> Iterator[Finding]:
         seen = []
         for _ in range(_LOOKS):
             self.sense()
@@ -252,10 +252,13 @@ class TextLineRobot(SteppedRobot):
         yield Finding("sensors", Verdict.GOOD, text, "Cover one after the other: does the right value change?")
         if self._battery_v is not None:
             yield Finding("battery", Verdict.GOOD, f"{self._battery_v:.2f} V")
-        if not may_move:
+        if mover is None:
             advice = "Lift its wheels and add --move to try them."
             yield Finding("motors", Verdict.NOT_DONE, "the robot was not moved", advice)
             return
+        yield mover("motors", self._try_motors)
+
+    def _try_motors(self) -> Finding:
         rest = np.array([scale.value(0.0) for scale in self._dialogue.motors])
         for motor in range(self.spec.n_motors):
             values = rest.copy()
@@ -264,4 +267,4 @@ class TextLineRobot(SteppedRobot):
             time.sleep(_MOVE_S)
             self.stop()
         text = "each was driven for half a second, one after the other, then stopped"
-        yield Finding("motors", Verdict.GOOD, text, "Did the right wheel turn, and forwards?")
+        return Finding("motors", Verdict.GOOD, text, "Did the right wheel turn, and forwards?")

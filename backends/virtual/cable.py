@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import contextlib
 import os
-import pty
 import select
 import socket
 import threading
-import tty
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
+from sceann_hil.firmware.emulated.pseudo_terminal import open_pseudo_terminal
 
 DELIMITER = b"\0"
 
@@ -110,11 +110,9 @@ class Cable:
         with self._lock:
             if self._terminal is not None:
                 return
-            near, far = pty.openpty()
-            tty.setraw(far)
-            os.set_blocking(near, False)
+            near, far, path = open_pseudo_terminal(waits=False)
             self.port.unlink(missing_ok=True)
-            self.port.symlink_to(os.ttyname(far))
+            self.port.symlink_to(path)
             self._terminal = (near, far)
 
     def _carry(self) -> None:

@@ -19,6 +19,7 @@ from backends.virtual.virtual_posix import VirtualPosix
 from backends.virtual.virtual_uno import VirtualUno
 from sceann_hil.errors import CannotWrite, ConfigError
 from sceann_hil.firmware.build import Board
+from sceann_hil.firmware.emulated.pseudo_terminal import needs_pseudo_terminals
 from sceann_hil.firmware.emulated.qemu import QemuBoard
 from sceann_hil.link.can_bus import AdapterProblem, open_can
 from sceann_hil.plugins import RobotConfig
@@ -114,8 +115,10 @@ def switch_on(
 
     Raises:
         ConfigError: the board cannot have this body, line or store.
+        ToolMissing: this system has no pseudo-terminals.
         CannotWrite: there is something else at `port`, or `store` cannot be kept.
     """
+    needs_pseudo_terminals()
     if can is not None and board is Board.UNO:
         raise ConfigError("--can: expected a board on a line of its own, got uno.", "Leave --can out.")
     if node != 1 and board not in (Board.POSIX, Board.UNO):

@@ -6,19 +6,14 @@ real robot it does not wait for its controller.
 
 from __future__ import annotations
 
-import contextlib
-import os
-import pty
-import select
-import termios
 import threading
 import time
-import tty
 from collections import deque
 from dataclasses import dataclass
 
 from backends.virtual.body import VirtualBody
 from backends.virtual.rig_server import RigServer
+from backends.virtual.usb_socket import Socket
 from sceann_hil.firmware.emulated.simavr import HZ, UnoBoard
 from sceann_hil.network.controller import ONE
 
@@ -41,55 +36,6 @@ class PinChange:
 
     time_s: float
     duty: tuple[int, int]
-
-
-class Socket:
-    """The board's USB socket: a pseudo-terminal, and the DTR line that resets an Uno when somebody opens its port.
-
-    DTR rises when a port is opened and falls when it is closed, unless whoever had it open asked for it to stay
-    (HUPCL off). The chip is reset by the rise.
-
-    Attributes:
-        port: path of the terminal.
-    """
-
-    def __init__(self) -> None:
-        self._near, far = pty.openpty()
-        tty.setraw(far)
-        os.set_blocking(self._near, False)
-        self.port = os.ttyname(far)
-        os.close(far)
-        self._poll = select.poll()
-        self._poll.register(self._near, select.POLLIN)
-        self._open = self._high = False
-
-    def opened(self) -> bool:
-        """DTR has risen since the last call: somebody plugged in."""
-        is_open = not any(events & select.POLLHUP for _, events in self._poll.poll(0))
-        rose = False
-        if is_open and not self._open:
-            rose, self._high = not self._high, True
-        elif self._open and not is_open:
-            self._high = not termios.tcgetattr(self._near)[2] & termios.HUPCL
-        self._open = is_open
-        return rose
-
-    def read(self) -> bytes:
-        """What the host has sent."""
-        if self._open:
-            with contextlib.suppress(OSError):
-                return os.read(self._near, 256)
-        return b""
-
-    def write(self, data: bytes) -> None:
-        """To the host; lost when nobody has the port open or reads."""
-        if self._open:
-            with contextlib.suppress(OSError):
-                os.write(self._near, data)
-
-    def close(self) -> None:
-        """Unplug."""
-        os.close(self._near)
 
 
 class VirtualUno:

@@ -3,27 +3,51 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from backends.world.distances import to_box, to_round
+from backends.world.drawn import LEAST_FREE, DrawnObstacle, KeptFree
 from backends.world.ground import CELLS_PER_M, line_shades, map_shades
 from backends.world.layout import Box, Infrared, Lamp, Light, Line, Round, Senses, Wall, World
 from backends.world.response import fitted
 from sceann_hil.plugins import Misfit, Section
 
 Point = tuple[float, float]
+Range = tuple[float, float]
 Positive = Annotated[float, Field(gt=0.0)]
 Degrees = Annotated[float, Field(ge=-360.0, le=360.0)]
+
+
+class Placement(Section):
+    """Where an obstacle may stand: another place in every trial, drawn evenly from these ranges."""
+
+    x_m: Range
+    """Of its centre, from and to, metres."""
+    y_m: Range
+    """Of its centre, from and to, metres."""
+    angle_deg: tuple[Degrees, Degrees] = (0.0, 0.0)
+    """How far a rectangular one is turned, from and to."""
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        for name in ("x_m", "y_m", "angle_deg"):
+            low, high = getattr(self, name)
+            if low > high:
+                raise Misfit(f"{name}: expected the smaller value first, got [{low:g}, {high:g}]", name)
+        return self
 
 
 class ObstacleConfig(Section):
     """Something that the robot cannot drive through and that infrared sees: round or rectangular."""
 
-    at_m: Point
+    at_m: Point | None = None
     """Its centre: x and y, metres."""
+    drawn: Placement | None = None
+    """Instead of at_m: it stands somewhere else in every trial."""
     radius_m: Positive | None = None
     """Of a round one."""
     size_m: tuple[Positive, Positive] | None = None
@@ -32,22 +56,32 @@ class ObstacleConfig(Section):
     """How far a rectangular one is turned, counter-clockwise."""
 
     @model_validator(mode="after")
-    def _has_one_shape(self) -> Self:
+    def _has_one_shape_and_place(self) -> Self:
         if (self.radius_m is None) == (self.size_m is None):
             raise Misfit("radius_m: expected either radius_m (round) or size_m (rectangular)", "radius_m", "size_m")
+        if (self.at_m is None) == (self.drawn is None):
+            raise Misfit("at_m: expected either at_m or drawn", "at_m", "drawn")
+        if self.drawn is not None and self.angle_deg != 0.0:
+            raise Misfit("angle_deg: expected drawn.angle_deg, because its place is drawn", "angle_deg")
+        if self.size_m is None and (self.drawn is not None and self.drawn.angle_deg != (0.0, 0.0)):
+            raise Misfit("drawn.angle_deg: expected nothing here, a round one cannot be turned", "drawn.angle_deg")
         return self
 
     def distance_m(self, point: Point) -> float:
-        """From its edge to a point outside; negative inside."""
+        """From the edge of one that stands still to a point outside; negative inside."""
+        if self.at_m is None:
+            raise ValueError("expected at_m")
         dx, dy = point[0] - self.at_m[0], point[1] - self.at_m[1]
-        if self.radius_m is not None:
-            return float(np.hypot(dx, dy) - self.radius_m)
-        if self.size_m is None:
-            raise ValueError("expected radius_m or size_m")
-        angle = np.deg2rad(self.angle_deg)
-        x, y = np.cos(angle) * dx + np.sin(angle) * dy, np.cos(angle) * dy - np.sin(angle) * dx
-        out = np.abs([x, y]) - np.array(self.size_m) / 2.0
-        return float(np.hypot(*np.maximum(out, 0.0)) + min(out.max(), 0.0))
+        if self.size_m is not None:
+            return float(to_box(dx, dy, self.size_m, np.deg2rad(self.angle_deg)))
+        return float(to_round(dx, dy, self.radius_m or 0.0))
+
+    def as_drawn(self, number: int) -> DrawnObstacle | None:
+        """One that stands somewhere else in every trial; `number` is its place among the obstacles."""
+        if self.drawn is None:
+            return None
+        low, high = (float(np.deg2rad(angle)) for angle in self.drawn.angle_deg)
+        return DrawnObstacle(number, self.drawn.x_m, self.drawn.y_m, self.radius_m, self.size_m, (low, high))
 
 
 class WallConfig(Section):
@@ -176,7 +210,21 @@ class WorldConfig(Section):
     bump: Literal["slide", "end"] = "slide"
     """What happens where the body meets something: it slides along, or the trial ends (out_of_bounds)."""
 
-    def check(self, arena_m: Point, radius_m: float) -> None:
+    def usual_uncertainty(self, radius_m: float) -> dict[str, Any]:
+        """What is usually not known of a robot of this radius in it, by key of the robot's section."""
+        interval_m = self.wheel_interval_m or 2.0 * radius_m
+        usual: dict[str, Any] = {"world.wheel_interval_m": {"uniform": [0.85 * interval_m, 1.2 * interval_m]}}
+        for key, sensors in (("infrared", self.infrared), ("light", self.light)):
+            if sensors and max(abs(it.direction_deg) for it in sensors) <= 355.0:
+                usual[f"world.{key}.direction_deg"] = {"shifted": [-5.0, 5.0]}
+        if self.infrared and not any(it.response for it in self.infrared):
+            # a measured response ends at its range
+            usual["world.infrared.range_m"] = {"scaled": [0.7, 1.4]}
+        if self.light and self.lamps:
+            usual["world.lamps.reference_m"] = {"scaled": [0.6, 1.5]}
+        return usual
+
+    def check(self, arena_m: Point, target_m: Point, target_radius_m: float) -> None:
         """Refuse a world that does not fit its arena or itself.
 
         Raises:
@@ -189,7 +237,9 @@ class WorldConfig(Section):
         columns = {len(row) for row in self.shades}
         if self.shades and (len(self.shades) < 2 or len(columns) != 1 or max(columns) < 2):
             raise Misfit("world.shades: expected at least 2 rows of one length, at least 2 each", "world.shades")
-        points: list[tuple[str, Point]] = [("obstacles", it.at_m) for it in self.obstacles]
+        points: list[tuple[str, Point]] = [("obstacles", it.at_m) for it in self.obstacles if it.at_m is not None]
+        ranges = [it.drawn for it in self.obstacles if it.drawn is not None]
+        points += [("obstacles", corner) for it in ranges for corner in zip(it.x_m, it.y_m, strict=True)]
         points += [("walls", end) for it in self.walls for end in (it.from_m, it.to_m)]
         points += [("lamps", it.at_m) for it in self.lamps]
         points += [("line", point) for point in (self.line.points_m if self.line else ())]
@@ -206,19 +256,38 @@ class WorldConfig(Section):
                 if a == b:
                     raise Misfit(f"world.line: expected different corners, got {list(a)} twice in a row", "world.line")
 
-    def standing_in(self, point: Point, radius_m: float) -> str:
-        """What a body at this point would stand in; empty if nothing."""
         for number, obstacle in enumerate(self.obstacles):
-            if obstacle.distance_m(point) < radius_m:
-                return f"world.obstacles[{number}]"
+            hides = obstacle.at_m is not None and obstacle.distance_m(target_m) < -target_radius_m
+            if self.target != "none" and hides:
+                raise Misfit(
+                    f"world.obstacles: expected the target at {list(target_m)} outside of obstacles, got one that "
+                    f"stands over it, obstacles[{number}]",
+                    "world.obstacles",
+                    "target_m",
+                )
+
+    def standing_in(self, point: Point, radius_m: float, target_m: Point, target_radius_m: float) -> str:
+        """Why a body cannot begin at this point, in words that go on after "where"; empty if it can."""
+        kept = KeptFree(radius_m, None if self.target == "none" else target_m, target_radius_m)
+        for number, obstacle in enumerate(self.obstacles):
+            thing = obstacle.as_drawn(number)
+            if thing is None and obstacle.distance_m(point) < radius_m:
+                return f"world.obstacles[{number}] stands"
+            free = 1.0 if thing is None else kept.free(thing, *point)
+            if free < LEAST_FREE:
+                return (
+                    f"world.obstacles[{number}] would stand, or on the target, in {1.0 - free:.0%} of the places drawn "
+                    f"for it (at most {1.0 - LEAST_FREE:.0%} may be)"
+                )
         for number, wall in enumerate(self.walls):
             if wall.distance_m(point) < radius_m:
-                return f"world.walls[{number}]"
+                return f"world.walls[{number}] stands"
         return ""
 
     def world(self, arena_m: Point, target_m: Point, target_radius_m: float) -> World:
         """Ready to be simulated."""
-        rounds = [Round(it.at_m, it.radius_m) for it in self.obstacles if it.radius_m is not None]
+        still = [(it, it.at_m) for it in self.obstacles if it.at_m is not None]
+        rounds = [Round(at_m, it.radius_m) for it, at_m in still if it.radius_m is not None]
         if self.target == "solid":
             rounds.append(Round(target_m, target_radius_m))
         shades, per_m = self._shades(arena_m)
@@ -226,9 +295,7 @@ class WorldConfig(Section):
             arena_m=arena_m,
             rounds=tuple(rounds),
             boxes=tuple(
-                Box(it.at_m, it.size_m, float(np.deg2rad(it.angle_deg)))
-                for it in self.obstacles
-                if it.size_m is not None
+                Box(at_m, it.size_m, float(np.deg2rad(it.angle_deg))) for it, at_m in still if it.size_m is not None
             ),
             walls=tuple(Wall(it.from_m, it.to_m) for it in self.walls),
             lamps=tuple(Lamp(it.at_m, it.reference_m) for it in self.lamps),
@@ -237,6 +304,9 @@ class WorldConfig(Section):
             floor_line=self._floor_line(),
             goal_m=None if self.target == "none" else target_m,
             goal_radius_m=target_radius_m,
+            drawn=tuple(
+                thing for number, it in enumerate(self.obstacles) if (thing := it.as_drawn(number)) is not None
+            ),
         )
 
     def _floor_line(self) -> Line | None:

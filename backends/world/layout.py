@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from backends.world.drawn import DrawnObstacle
+
 (
     STEP_M,
     RADIUS,
@@ -31,6 +33,8 @@ from numpy.typing import NDArray
     N_RAYS,
     N_GROUND,
     N_LIGHT,
+    N_DRAWN_ROUND,
+    N_DRAWN_BOXES,
     AT_ROUND,
     AT_BOXES,
     AT_WALLS,
@@ -40,6 +44,8 @@ from numpy.typing import NDArray
     AT_LIGHT,
     AT_RESPONSES,
     AT_SHADES,
+    AT_DRAWN_ROUND,
+    AT_DRAWN_BOXES,
     SHADE_COLUMNS,
     SHADE_ROWS,
     SHADE_COLUMNS_PER_M,
@@ -47,9 +53,12 @@ from numpy.typing import NDArray
     FIRST_GROUND,
     FIRST_LIGHT,
     HEAD,
-) = range(35)
+) = range(39)
 
 ROUND_ROW, BOX_ROW, WALL_ROW, LAMP_ROW, RAY_ROW, GROUND_ROW, LIGHT_ROW = 3, 6, 4, 3, 8, 2, 4
+DRAWN_ROUND_ROW, DRAWN_BOX_ROW = 1, 2
+FIRST_DRAWN, DRAWN_ROUND_STATE, DRAWN_BOX_STATE = 3, 2, 3
+"""Places of drawn obstacles in the state: after the robot's own, the round ones (x, y), then boxes (x, y, angle)."""
 NODES = 33
 """Numbers of a response curve, at equal distances from 0 to the sensor's range."""
 
@@ -143,6 +152,7 @@ class World:
         floor_line: what the shades show, if it is a line.
         goal_m: centre of the target; None if there is none.
         goal_radius_m: its radius.
+        drawn: obstacles that stand somewhere else in every trial.
     """
 
     arena_m: tuple[float, float]
@@ -155,6 +165,12 @@ class World:
     floor_line: Line | None = None
     goal_m: tuple[float, float] | None = None
     goal_radius_m: float = 0.0
+    drawn: tuple[DrawnObstacle, ...] = ()
+
+    @property
+    def drawn_in_order(self) -> tuple[DrawnObstacle, ...]:
+        """The drawn obstacles as the state has them: round ones first."""
+        return tuple(sorted(self.drawn, key=lambda thing: thing.size_m is not None))
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,6 +236,8 @@ def packed(world: World, senses: Senses, motion: Motion) -> NDArray[np.float32]:
     head[[SHADE_COLUMNS_PER_M, SHADE_ROWS_PER_M]] = world.shades_per_m
     head[FIRST_GROUND] = len(senses.infrared)
     head[FIRST_LIGHT] = len(senses.infrared) + len(senses.ground_at_m)
+    drawn_radii = [it.radius_m for it in world.drawn if it.radius_m is not None]
+    drawn_sizes = [it.size_m for it in world.drawn if it.size_m is not None]
     tables: Sequence[tuple[int | None, int, NDArray[np.float64]]] = (
         (N_ROUND, AT_ROUND, _table([(*it.at_m, it.radius_m) for it in world.rounds], ROUND_ROW)),
         (N_BOXES, AT_BOXES, _table([_box(it) for it in world.boxes], BOX_ROW)),
@@ -230,6 +248,8 @@ def packed(world: World, senses: Senses, motion: Motion) -> NDArray[np.float32]:
         (N_LIGHT, AT_LIGHT, _table([(*it.at_m, *_unit(it.direction_rad)) for it in senses.light], LIGHT_ROW)),
         (None, AT_RESPONSES, _table(responses, NODES)),
         (None, AT_SHADES, shades.astype(np.float64)),
+        (N_DRAWN_ROUND, AT_DRAWN_ROUND, _table([(radius,) for radius in drawn_radii], DRAWN_ROUND_ROW)),
+        (N_DRAWN_BOXES, AT_DRAWN_BOXES, _table([(x / 2.0, y / 2.0) for x, y in drawn_sizes], DRAWN_BOX_ROW)),
     )
     place = HEAD
     for count_at, begins_at, table in tables:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from backends.world.drawn import DrawnObstacle
 from backends.world.layout import Motion, Senses, World
 from sceann_hil.robot.drawing import (
     Block,
@@ -12,6 +13,7 @@ from sceann_hil.robot.drawing import (
     Drawing,
     Fan,
     Look,
+    Part,
     Shades,
     Shape,
     Strip,
@@ -49,11 +51,25 @@ def draw(world: World, senses: Senses, motion: Motion) -> Drawing:
         title="Arena",
         bounds_m=(-margin, width + margin, -margin, height + margin),
         fixed=tuple(fixed),
-        parts=(round_robot(motion.radius_m, tuple(fans), curves=curves),),
+        parts=(
+            round_robot(motion.radius_m, tuple(fans), curves=curves),
+            *(_drawn_part(it) for it in world.drawn_in_order),
+        ),
         from_above=True,
         sensor_names=_names(senses),
         motor_names=("left", "right"),
     )
+
+
+def _drawn_part(thing: DrawnObstacle) -> Part:
+    """An obstacle where the state of the trial has it."""
+    x, y, *turn = thing.fields
+    shape: Shape
+    if thing.size_m is not None:
+        shape = Block((0.0, 0.0), thing.size_m, Look.OBSTACLE)
+    else:
+        shape = Disc((0.0, 0.0), thing.radius_m or 0.0, Look.OBSTACLE)
+    return Part(f"obstacle{thing.number}", (shape,), x=x, y=y, turn=turn[0] if turn else None)
 
 
 def _floor(world: World) -> Shades:

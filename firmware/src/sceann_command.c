@@ -31,7 +31,9 @@ static uint8_t hello(sceann_robot *robot, const uint8_t *command, uint8_t *reply
     } else if (robot->session != 0u && robot->session != session && !robot->host_silent) {
         status = STATUS(OTHER_HOST);
     } else {
-        if ((robot->state == SCEANN_RUNNING || robot->state == SCEANN_ARMED) && robot->session != session) {
+        const bool by_itself = robot->state == SCEANN_RUNNING && robot->trial.id == 0u;
+        const bool taken_over = robot->session != session;
+        if (by_itself || (taken_over && (robot->state == SCEANN_RUNNING || robot->state == SCEANN_ARMED))) {
             sceann_end_trial(robot, SCEANN_LINK_END_REASON_STOPPED_CHOICE, sceann_rest(robot));
         }
         robot->session = session;

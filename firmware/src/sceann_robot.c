@@ -123,8 +123,9 @@ static void check_battery(sceann_robot *robot, bool low)
     }
 }
 
-/* The start button: a champion without a host begins and ends. */
-static void check_button(sceann_robot *robot, bool held)
+/* The start button: a champion without a host begins and ends. One that is held while the robot starts, or while something
+ * forbids it, must be let go first. */
+static void check_button(sceann_robot *robot, bool held, bool forbidden)
 {
     const bool pressed = held && !robot->button;
     robot->button = held;
@@ -133,7 +134,7 @@ static void check_button(sceann_robot *robot, bool held)
     }
     if (robot->state == SCEANN_RUNNING && robot->trial.id == 0u) {
         sceann_end_trial(robot, REASON(STOPPED), sceann_rest(robot));
-    } else if (robot->state == SCEANN_LOADED && robot->store.autorun_period != 0u && sceann_fits_body(robot) &&
+    } else if (!forbidden && robot->state == SCEANN_LOADED && robot->store.autorun_period != 0u && sceann_fits_body(robot) &&
                (robot->session == 0u || robot->host_silent)) {
         sceann_autorun(robot);
     }
@@ -164,8 +165,8 @@ static void check_alarms(sceann_robot *robot)
             sceann_end_trial(robot, REASON(BATTERY_LOW), sceann_rest(robot));
         }
     }
-    check_button(robot, (alarms & (SCEANN_ALARM_BUTTON | SCEANN_ALARM_BUMPER | SCEANN_ALARM_BATTERY)) ==
-                            SCEANN_ALARM_BUTTON);
+    const uint16_t forbidding = SCEANN_ALARM_BUMPER | SCEANN_ALARM_BATTERY | SCEANN_ALARM_FAULT;
+    check_button(robot, (alarms & SCEANN_ALARM_BUTTON) != 0u, (alarms & forbidding) != 0u);
 }
 
 static void check_host(sceann_robot *robot)
@@ -259,7 +260,7 @@ void sceann_robot_start(sceann_robot *robot, const sceann_port *port)
         sceann_store_get_genome(&robot->store, port, robot->upload.record);
         sceann_use(robot, robot->upload.record);
     }
-    robot->autorun_possible = true;
+    robot->autorun_possible = robot->button = true;
     sceann_send_event(robot, EVENT(BOOT), robot->reset_cause);
     if (sceann_kept_has(port, KEPT_LATCHED)) {
         emergency_stop(robot);         /* nobody has cleared it */

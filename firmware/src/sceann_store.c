@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-/* Byte 0 is left alone. The node: magic, node, node inverted. */
+/* Byte 0 is left alone. The node, here and behind the ring, so that a write cut off leaves one: magic, node, node inverted. */
 #define NODE_START 1u
 #define NODE_RECORD 3u
 #define NODE_MAGIC 0x4Eu
@@ -22,6 +22,8 @@
 #define RING_RECORD 11u
 #define RING_PLACES 60u
 #define RING_TRIES 4u                  /* places that are tried before the store counts as broken */
+
+#define NODE_AGAIN (RING_START + RING_PLACES * RING_RECORD)
 
 static uint16_t slot_start(uint8_t slot)
 {
@@ -143,23 +145,32 @@ bool sceann_store_erase(sceann_store *store, const sceann_port *port)
 
 /* ---- the node ---------------------------------------------------------------------------------------------------- */
 
+/* The node that is noted at this place, or 0. */
+static uint8_t node_at(const sceann_port *port, uint16_t at)
+{
+    uint8_t record[NODE_RECORD];
+    if (port->store_size < at + NODE_RECORD) {
+        return 0;
+    }
+    port->store_read(port->board, at, record, NODE_RECORD);
+    const bool valid = record[0] == NODE_MAGIC && (uint8_t)(record[1] ^ record[2]) == 0xFFu && record[1] < 128u;
+    return valid ? record[1] : 0u;
+}
+
 static void find_node(sceann_store *store, const sceann_port *port)
 {
-    uint8_t record[NODE_RECORD] = { 0 };
-    if (has_genomes(port)) {
-        port->store_read(port->board, NODE_START, record, NODE_RECORD);
-    }
-    const bool valid = record[0] == NODE_MAGIC && (uint8_t)(record[1] ^ record[2]) == 0xFFu && record[1] < 128u;
-    store->node = valid ? record[1] : 0u;
+    const uint8_t node = node_at(port, NODE_START);
+    store->node = node != 0u ? node : node_at(port, NODE_AGAIN);
 }
 
 bool sceann_store_put_node(sceann_store *store, const sceann_port *port, uint8_t node)
 {
     const uint8_t record[NODE_RECORD] = { NODE_MAGIC, node, (uint8_t)~node };
-    if (!has_genomes(port)) {
+    if (port->store_size < NODE_AGAIN + NODE_RECORD) {
         return false;
     }
-    const bool written = port->store_write(port->board, NODE_START, record, NODE_RECORD);
+    const bool written = port->store_write(port->board, NODE_START, record, NODE_RECORD) &&
+                         port->store_write(port->board, NODE_AGAIN, record, NODE_RECORD);
     find_node(store, port);
     return written && store->node == node;
 }

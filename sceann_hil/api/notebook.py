@@ -6,7 +6,7 @@ import html
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from sceann_hil.run.experiment import Progress
@@ -31,6 +31,36 @@ def shown_progress(last_generation: int) -> Iterator[Callable[[Progress], None]]
 
     with show_progress(Console(stderr=True, highlight=False), last_generation) as report:
         yield report
+
+
+@contextmanager
+def shown_preparation() -> Iterator[Callable[[str, int, int], None]]:
+    """A function to report to of what is prepared before a run: what, how much is done, how much there is."""
+    if in_notebook():
+        yield _prepared_in_a_cell()
+        return
+    from rich.console import Console
+
+    from sceann_hil.commands.progress import show_preparation
+
+    with show_preparation(Console(stderr=True, highlight=False)) as report:
+        yield report
+
+
+def _prepared_in_a_cell() -> Callable[[str, int, int], None]:
+    from IPython.display import display
+
+    cells: list[Any] = []
+
+    def report(what: str, done: int, total: int) -> None:
+        bar = _Bar(done, max(total, 1), f"{what}: {done} of {total}")
+        if cells:
+            cells[0].update(bar)
+        else:
+            # most algorithms prepare nothing, and show nothing
+            cells.append(display(bar, display_id=True))  # type: ignore[no-untyped-call]
+
+    return report
 
 
 def _in_a_cell() -> Callable[[Progress], None]:

@@ -9,12 +9,12 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 from sceann_hil.commands.arguments import AsJson, print_json
-from sceann_hil.config import ExperimentConfig, parse_config
-from sceann_hil.errors import NotARun
+from sceann_hil.commands.printing import print_table
+from sceann_hil.config import ExperimentConfig, noted_config, require_installed
+from sceann_hil.errors import NotARun, PackageMissing
 from sceann_hil.journal import JournalReader
 from sceann_hil.network.coding import genome_from_hex
 from sceann_hil.run.champion import best_so_far, champion_or_best_so_far
@@ -63,6 +63,7 @@ def champion(
     order = list(range(len(candidates)))
     found: Robustness | None = None
     if robust:
+        require_installed(config)
         genomes = np.stack([genome_from_hex(c.genome, config.genome_length) for c in candidates])
         found = measure(config, genomes)
         scores = found.mean(by)
@@ -90,7 +91,7 @@ def _of_run(directory: Path, condition: int | None) -> tuple[str, ExperimentConf
         raise typer.BadParameter("--condition is for studies; this is one run", param_hint="--condition")
     reader = JournalReader(directory)
     try:
-        config = parse_config(reader.run().config, f"{directory}: journalled configuration")
+        config = noted_config(reader)
         rows = [row for g in reader.generations(finished=True) for row in reader.individuals(g.number)]
         best, note = champion_or_best_so_far(reader, keeps_best=config.algorithm.keeps_best)
         leading = best_so_far(reader)
@@ -98,9 +99,16 @@ def _of_run(directory: Path, condition: int | None) -> tuple[str, ExperimentConf
         reader.close()
     listed = [_Candidate(row.place, row.fitness or 0.0, row.genome, row.id == best.id) for row in rows]
     if leading is not None:
-        row, so_far = leading.individual, f"so far, {leading.trials} of {config.build_task().n_trials} trials"
+        row, so_far = leading.individual, f"so far, {leading.trials}{_of_all(config)} trials"
         listed.append(_Candidate(f"{row.place} ({so_far})", row.fitness or 0.0, row.genome, bool(note)))
     return f"Run {directory}", config, listed
+
+
+def _of_all(config: ExperimentConfig) -> str:
+    try:
+        return f" of {config.build_task().n_trials}"
+    except PackageMissing:
+        return ""
 
 
 def _of_study(directory: Path, number: int | None) -> tuple[str, ExperimentConfig, list[_Candidate]]:
@@ -147,12 +155,12 @@ def _as_dict(candidate: _Candidate, found: Robustness | None, place: int, by: Cr
 def _print(source: str, candidates: list[_Candidate], found: Robustness | None, shown: list[int]) -> None:
     console = Console(highlight=False)
     if found is None:
-        table = Table("genome", "fitness", "from", title=escape(source))
+        table = Table("genome", "fitness", "from")
         for place in shown:
             table.add_row(candidates[place].genome, f"{candidates[place].fitness:.4g}", candidates[place].origin)
-        console.print(table)
+        print_table(console, source, table)
         return
-    table = Table("genome", "from", "ideal", "disturbed: mean [95 %]", "to the first", "success", title=escape(source))
+    table = Table("genome", "from", "ideal", "disturbed: mean [95 %]", "to the first", "success")
     for place in shown:
         candidate, interval = candidates[place], found.fitness_interval(place)
         difference = found.fitness_difference(place, shown[0])
@@ -164,13 +172,11 @@ def _print(source: str, candidates: list[_Candidate], found: Robustness | None, 
             "" if place == shown[0] else f"{difference.estimate:+.3g}{' (?)' if difference.contains_zero else ''}",
             f"{found.score[place]:.1%}",
         )
-    console.print(table)
-    details = Table(
-        "genome", *(disturbance.name for disturbance in found.disturbances), title="Mean fitness under each"
-    )
+    print_table(console, source, table)
+    details = Table("genome", *(disturbance.name for disturbance in found.disturbances))
     for place in shown:
         details.add_row(candidates[place].genome, *(f"{levels[1:, place].mean():.4g}" for levels in found.fitness))
-    console.print(details)
+    print_table(console, "Mean fitness under each disturbance", details)
     console.print(
         f"Means over the levels of each disturbance, {found.repeats} repeats of every trial. (?): the 95 % interval of "
         "the difference holds 0. Success: part of these trials that reach the task's aim."

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from contextlib import ExitStack
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from datetime import datetime
 from functools import partial
 from importlib import import_module
@@ -41,14 +42,14 @@ from sceann_hil.commands.recording import (
     watched_live,
 )
 from sceann_hil.commands.watching import WATCH_S, Watching, WatchSeconds, must_be_a_terminal, watched
-from sceann_hil.config import load_config
-from sceann_hil.errors import ExitCode, as_user_error
+from sceann_hil.config import ExperimentConfig, load_config
+from sceann_hil.errors import ExitCode, RunExists, RunIsLocked, as_user_error
 from sceann_hil.pasting import pasteable
 from sceann_hil.run.ancestor import Ancestor, Take
 from sceann_hil.run.champion import champion_of
 from sceann_hil.run.experiment import Experiment, Outcome
 from sceann_hil.supervision.operators import Desk
-from sceann_hil.supervision.operators.staff import beside
+from sceann_hil.supervision.operators.staff import staffed_desk
 from sceann_hil.supervision.signals import Signals
 from sceann_hil.supervision.stopping import StopRequest
 from sceann_hil.timespans import duration_text
@@ -93,15 +94,46 @@ def evolve(
     """
     settings = load_config(config, [*overrides_of(overrides, seed), *operator_override(operator)])
     more = more_of(budget_robot, budget_wall, budget_trials)
-    directory = out or Path("runs") / f"{config.stem}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
-    with Experiment.create(settings, directory, Ancestor(ancestor, take) if ancestor else None) as experiment:
+    with new_run(settings, out, config.stem, Ancestor(ancestor, take) if ancestor else None) as experiment:
+        run_experiment(experiment, record, live, as_json, watch_s=watch_s if watch else None, more=more)
+
+
+@contextmanager
+def new_run(
+    config: ExperimentConfig, out: Path | None, name: str, ancestor: Ancestor | None = None
+) -> Iterator[Experiment]:
+    """A run that begins in this block; if it cannot begin, nothing is left of it.
+
+    Args:
+        config: what it does.
+        out: its folder; None for one in ``runs`` that nobody else has.
+        name: what such a folder's name begins with.
+        ancestor: the run whose population it goes on from.
+
+    Raises:
+        RunExists: there is something at `out`.
+    """
+    with _created(config, out, name, ancestor) as experiment:
         try:
-            run_experiment(experiment, record, live, as_json, watch_s=watch_s if watch else None, more=more)
+            yield experiment
         except (Exception, KeyboardInterrupt) as error:
             # no robot, no panel, Ctrl-C meanwhile: the same command should work once that is put right
             if as_user_error(error) is not None and experiment.forget():
                 Console(stderr=True, highlight=False).print("Nothing was begun; no run was kept.")
             raise
+
+
+def _created(config: ExperimentConfig, out: Path | None, name: str, ancestor: Ancestor | None) -> Experiment:
+    if out is not None:
+        return Experiment.create(config, out, ancestor)
+    now = f"{name}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
+    number = 1
+    while True:
+        folder = now if number == 1 else f"{now}-{number}"
+        with suppress(RunExists, RunIsLocked):
+            return Experiment.create(config, Path("runs") / folder, ancestor)
+        # somebody else started in the same second
+        number += 1
 
 
 def resume(
@@ -185,7 +217,7 @@ def run_experiment(
         signals = Signals(show, first=StopRequest.AFTER_GENERATION, soon=lambda: _soon(desk))
         with (
             signals.watched(),
-            beside(robot, settings, show, signals.request) as desk,
+            staffed_desk(robot, settings, show, signals.request) as desk,
             watched(
                 experiment.directory, console, signals.request, watch_s, own_keys=not desk.asks, viewer=viewer
             ) as watch,
@@ -197,7 +229,7 @@ def run_experiment(
                 picture=watch.picture if watch is not None else None,
             ) as report,
         ):
-            signals.beside(robot, desk)
+            signals.guard(robot, desk)
             if watch is None:
                 outcome = experiment.evolve(robot, report, signals.request, desk, more)
             else:

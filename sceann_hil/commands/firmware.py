@@ -18,7 +18,16 @@ from sceann_hil.commands.arguments import AsJson, Genome, RunDirectory, print_js
 from sceann_hil.commands.thymio import aesl_of, flash_thymio, verify_thymio
 from sceann_hil.errors import FirmwareBuildFailed, RobotUnreachable, VerifyDiffers
 from sceann_hil.firmware.build import THYMIO, Board, board_named
-from sceann_hil.firmware.flash import UPLOAD_BAUDS, OnRobot, Unplugged, flash, flash_genome, meet, opened, plan_flash
+from sceann_hil.firmware.flash import (
+    UPLOAD_BAUDS,
+    OnRobot,
+    Unplugged,
+    flash,
+    flash_genome,
+    handshake,
+    opened,
+    plan_flash,
+)
 from sceann_hil.firmware.from_run import load_image, recorded_sensors
 from sceann_hil.firmware.header import Optimize, c_header, checked_name, write_header
 from sceann_hil.firmware.verify import random_sequences, verify
@@ -147,13 +156,14 @@ def flash_board(
     if build_only:
         console.print(f"firmware  {plan.image}", markup=False, soft_wrap=True)
     elif dry_run:
+        alone = "" if autorun is None else f", run without a host every {autorun:g} ms"
         console.print(f"firmware  {plan.image}\nupload    {plan.shell}", markup=False, soft_wrap=True)
         console.print(
-            f"genome    {image.record_crc:08x}, {len(image.genome)} bits, over {port or 'PORT'} at {baud} baud"
+            f"genome    {image.record_crc:08x}, {len(image.genome)} bits, over {port or 'PORT'} at {baud} baud{alone}"
         )
     else:
         port = port or the_only_port()
-        _tell(console, flash(image, plan_flash(image, kind, port, baud, upload_baud), port, baud, unplugged))
+        _tell(console, flash(image, plan_flash(image, kind, port, baud, upload_baud), port, baud, node, unplugged))
 
 
 def _note(text: str) -> None:
@@ -249,7 +259,7 @@ def set_node(
     """
     place = port or the_only_port()
     with opened(place, baud, node) as link:
-        descriptor = meet(link, place)
+        descriptor = handshake(link, place)
         try:
             link.request(Op.NODE, node_arguments(new_node))
         except Refused as refused:

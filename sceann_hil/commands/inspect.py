@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,8 +20,10 @@ from sceann_hil.journal import AttemptRow, IndividualRow, JournalReader, RunLock
 from sceann_hil.journal.tables import export_csv
 from sceann_hil.journal.verify import require_sound
 from sceann_hil.pasting import pasteable
+from sceann_hil.recording.process import status_now
 from sceann_hil.run.champion import best_so_far, champion_of
-from sceann_hil.versions import running_versions, version_differences
+from sceann_hil.timespans import duration_text, moment_text
+from sceann_hil.versions import running_versions, version_differences, write_versions
 
 if TYPE_CHECKING:
     from sceann_hil.run.replay import Comparison
@@ -47,6 +50,7 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
     events = reader.events()
     finished = len(generations) == last + 1 or (bool(events) and events[-1][2] == "finished")
     state = "finished" if finished else "running" if RunLock.is_held(directory) else "stopped"
+    recording = status_now(directory)
     leading = None if finished else best_so_far(reader)
     best = max(generations, key=lambda row: row.best_fitness or 0.0, default=None)
     document: dict[str, Any] = {
@@ -64,6 +68,7 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
         "best_fitness_ever": best and best.best_fitness,
         "champion": champion and _document_of(champion),
         "best_so_far": leading and {**_document_of(leading.individual), "trials": leading.trials},
+        "recording": recording and asdict(recording),
         "versions": run.versions,
         "sessions": [
             {
@@ -82,15 +87,15 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
     console = Console(highlight=False)
     table = Table(show_header=False)
     table.add_row("folder", escape(str(directory)))
-    table.add_row("created", run.created_at)
+    table.add_row("begun", moment_text(run.created_at))
     table.add_row("task, robot", f"{outline.task}, {outline.robot}")
     table.add_row("algorithm, coding", f"{outline.algorithm}, {outline.coding}")
     table.add_row("root seed", str(run.root_seed))
     table.add_row("generations", f"{len(generations)} of {last + 1}")
-    table.add_row("trials", str(document["trials"]))
-    table.add_row("robot time", f"{document['robot_s']:.1f} s")
+    table.add_row("trials", f"{document['trials']:,}")
+    table.add_row("robot time", duration_text(document["robot_s"]))
     if document["operator_s"]:
-        table.add_row("a person's time at prompts", f"{document['operator_s']:.1f} s")
+        table.add_row("a person's time at prompts", duration_text(document["operator_s"]))
     kinds = {(tuple(row.versions.items()), row.robot, row.body) for row in sessions}
     if len({versions for versions, _, _ in kinds}) > 1 or len(kinds) > len({robot for _, robot, _ in kinds}):
         table.add_row("sessions", f"{len(sessions)}, on different versions or bodies: --json lists them")
@@ -101,6 +106,8 @@ def status(directory: RunDirectory, as_json: AsJson = False) -> None:
         table.add_row("unfinished generation", f"{leading.individual.generation}, {leading.counted} trials counted")
         so_far = f"individual {leading.individual.number}: fitness [bold]{leading.individual.fitness:.4g}[/]"
         table.add_row("best in it so far", f"{so_far}, {leading.trials} trial{'s' if leading.trials > 1 else ''}")
+    if recording is not None:
+        table.add_row("recording", escape(recording.words))
     print_table(console, f"{run.name}: {state}", table)
     if generations:
         console.print("best fitness by generation", _sparkline([row.best_fitness or 0.0 for row in generations]))
@@ -125,8 +132,8 @@ def replay_trial(
     """
     if (trial is None) is not every:
         raise typer.BadParameter("name one TRIAL, or give --all")
+    from sceann_hil.config import journalled_config
     from sceann_hil.run.replay import (  # bodies and their compiled code
-        journalled_config,
         replay,
         sessions_of_another_body,
     )
@@ -217,12 +224,22 @@ def export_tables(
 
         with StudyReader(directory) as reader:
             paths = export_study(reader, folder, Format(form))
+            made_with = [reader.versions]
     elif form == "parquet":
         raise typer.BadParameter("parquet is for studies; this is a run", param_hint="--format")
     else:
-        paths = export_csv(JournalReader(directory), folder)
-    for path in paths:
+        run = JournalReader(directory)
+        paths = export_csv(run, folder)
+        made_with = [session.versions for session in run.sessions()]
+    for path in [*paths, write_versions(folder, made_with)]:
         typer.echo(path)
+
+
+def _rounded(value: Any) -> str:
+    """For people, who want all digits only of what differs."""
+    if isinstance(value, tuple):
+        return ", ".join(map(_rounded, value))
+    return f"{value:.5g}" if isinstance(value, float) else str(value)
 
 
 def _print_replay(
@@ -231,11 +248,12 @@ def _print_replay(
     console = Console(highlight=False)
     if compared:
         identity, comparisons = compared[0]
-        table = Table("", "journalled", "replayed", "", title=f"Trial {identity}")
+        table = Table("", "journalled", "replayed", "")
         for c in comparisons:
             mark = "[green]same[/]" if c.equal else "[bold red]DIFFERENT[/]"
-            table.add_row(c.quantity, str(c.journalled), str(c.replayed), mark)
-        console.print(table)
+            shown = (c.journalled, c.replayed) if not c.equal else (_rounded(c.journalled), _rounded(c.replayed))
+            table.add_row(c.quantity, *map(str, shown), mark)
+        print_table(console, f"Trial {identity}", table)
     if bodies:
         console.print(
             f"Session {', '.join(map(str, bodies))} was run with another body than the one that is installed here: its "

@@ -13,6 +13,7 @@ from rich.console import Console
 from sceann_hil.commands.arguments import RunDirectory
 from sceann_hil.commands.recording import show_recording
 from sceann_hil.recording import Detail, RecordingPaths
+from sceann_hil.recording.process import wait_for_recorder
 
 
 def register(app: typer.Typer) -> None:
@@ -75,13 +76,14 @@ def record(
         Detail.ALL
     ),
 ) -> None:
-    """Make the recordings of a run that are missing or damaged, from its journal.
+    """Make the recordings of a run that are missing or damaged, from its journal; wait for whoever makes them already.
 
     Example: sceann record runs/first
     """
     from sceann_hil.recording.recorder import Recorder
 
     with show_recording(Console(stderr=True, highlight=False)) as report:
+        wait_for_recorder(directory, report)
         recorder = Recorder(directory, trials, report)
         try:
             recorder.record()

@@ -75,6 +75,12 @@ def plan(config: ConfigFile, seed: Seed = None, overrides: Overrides = None, as_
         table.add_row("wall time at most", f"{duration_text(forecast.longest_wall_s)} ({PROMPT_S:g} s per prompt)")
     else:
         table.add_row("wall time", "far less: robot time is simulated")
+    table.add_row(
+        "recording every trial",
+        f"at most {forecast.recording_bytes / 1e6:,.0f} MB and {duration_text(forecast.recording_s)} of one core, "
+        "in the background",
+    )
+    table.add_row("less of it", "--record best: one individual of a generation; --record none: only what is looked at")
     if forecast.fits:
         table.add_row("within the budget", forecast.fits)
     print_table(Console(), f"Plan of {config}", table)

@@ -112,10 +112,10 @@ def live_view(directory: Path, show: Callable[[str], object]) -> Iterator[LiveFe
 
 @contextmanager
 def recorded(console: Console, directory: Path, choice: RecordChoice) -> Iterator[None]:
-    """Record a run during the block, and wait for the rest after it. Ctrl-C while waiting leaves it to itself.
+    """Record a run during the block, and leave the rest of it to the recorder.
 
     Args:
-        console: where progress is shown.
+        console: where it is said how things stand.
         directory: the run; its journal exists.
         choice: which trials.
     """
@@ -129,17 +129,15 @@ def recorded(console: Console, directory: Path, choice: RecordChoice) -> Iterato
     except BaseException:
         recorder.finish(timeout_s=0.0)
         raise
-    try:
-        with show_recording(console) as report:
-            while (status := recorder.finish(_SECONDS_BETWEEN_LOOKS)).state in (State.STARTING, State.RECORDING):
-                report(status)
-    except KeyboardInterrupt:
-        console.print("Recording goes on in the background.")
-        return
+    status = recorder.finish(timeout_s=0.0)
+    again = f"sceann record {pasteable(directory)}"
     if status.state is State.FAILED:
         console.print(f"[bold red]Not everything was recorded:[/] {escape(status.message)}", soft_wrap=True)
+        console.print(f"The run itself is complete; `{again}` makes the rest.", markup=False, soft_wrap=True)
+    elif status.state is not State.FINISHED:
         console.print(
-            f"The run itself is complete; `sceann record {pasteable(directory)}` makes the rest.",
+            "Recording goes on in the background, at low priority: nobody has to wait for it. How far it is: "
+            f"`sceann status {pasteable(directory)}`. To wait: `{again}`.",
             markup=False,
             soft_wrap=True,
         )

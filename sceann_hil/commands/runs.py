@@ -17,9 +17,11 @@ from rich.markup import escape
 from rich.table import Table
 
 from sceann_hil.commands.arguments import AsJson, print_json
+from sceann_hil.commands.printing import print_table
 from sceann_hil.config import outline_of
 from sceann_hil.errors import NotARun, UserError, as_user_error
 from sceann_hil.journal import JOURNAL_NAME, JournalReader, RunLock
+from sceann_hil.timespans import moment_text
 
 
 class State(StrEnum):
@@ -120,15 +122,23 @@ def runs(
     if not found:
         console.print(f"No such run below {escape(str(folder))}.")
         return
-    table = Table(*_HEADINGS, title=f"{len(found)} run{'s' if len(found) > 1 else ''} below {escape(str(folder))}")
+    # what does not fit a narrow terminal is left to --json and --page: cut-off words tell nobody anything
+    shown = [place for place, heading in enumerate(_HEADINGS) if console.width >= _WIDE or heading not in _LEFT_OUT]
+    table = Table()
+    for place in shown:
+        table.add_column(_HEADINGS[place], no_wrap=place > 0, overflow="fold")
     for line in found:
-        table.add_row(*map(escape, _cells(line)))
-    console.print(table)
+        cells = _cells(line)
+        table.add_row(*(escape(cells[place]) for place in shown))
+    print_table(console, f"{len(found)} run{'s' if len(found) > 1 else ''} below {folder}", table)
     for line in found:
         if line.problem:
             console.print(f"{escape(line.folder)}: {escape(line.problem)}", soft_wrap=True)
 
 
+_WIDE = 110
+"""Columns of a terminal that has room for everything."""
+_LEFT_OUT = frozenset({"task", "robot", "trials"})
 _HEADINGS = ("folder", "state", "task", "robot", "generations", "trials", "best", "begun")
 
 
@@ -144,7 +154,7 @@ def _cells(line: RunLine) -> tuple[str, ...]:
         done,
         trials,
         best,
-        line.created_at[:16].replace("T", " "),
+        moment_text(line.created_at),
     )
 
 

@@ -98,8 +98,8 @@ class _Lines(Observer):
         n = sum(len(block.fitness) for block in blocks)
         done = sum(missing == 0 for missing in self._missing)
         return (
-            f"[{done}/{len(self._missing)}] {condition.label}: {n} runs, mean best fitness {fitness / n:.4g}, "
-            f"success in {succeeded / n:.0%} of them; {self._eta()}"
+            f"[{done}/{len(self._missing)}] {condition.label}: best {fitness / n:.4g} (mean of {n} runs), "
+            f"{succeeded / n:.0%} succeed; {self._eta()}"
         )
 
     def _eta(self) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from datetime import datetime
 from pathlib import Path
 from typing import Annotated
 
@@ -21,10 +20,11 @@ from sceann_hil.commands.arguments import (
     operator_override,
     overrides_of,
 )
-from sceann_hil.commands.evolve import run_experiment
+from sceann_hil.commands.evolve import new_run, run_experiment
+from sceann_hil.commands.progress import show_preparation
 from sceann_hil.commands.recording import Live, Record, RecordChoice
-from sceann_hil.errors import as_user_error
-from sceann_hil.run.experiment import Experiment
+from sceann_hil.commands.study_progress import told_when_interrupted
+from sceann_hil.config import ExperimentConfig
 from sceann_hil.run.transfer.session import transfer_config
 
 
@@ -78,6 +78,9 @@ def transfer(
         Path | None,
         typer.Option("--again", metavar="DIR", help="Go on from a transfer: evolve in robots that this one resembles."),
     ] = None,
+    cluster: Annotated[
+        str | None, typer.Option("--cluster", metavar="ADDRESS", help="Simulate on the Dask cluster of this scheduler.")
+    ] = None,
     seed: Seed = None,
     overrides: Overrides = None,
     record: Record = RecordChoice.ALL,
@@ -110,11 +113,21 @@ def transfer(
         settings=settings,
     )
     more = more_of(budget_robot, budget_wall, budget_trials)
-    directory = out or Path("runs") / f"{robot.stem}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
-    with Experiment.create(config, directory) as experiment:
-        try:
-            run_experiment(experiment, record, live, as_json, more=more)
-        except (Exception, KeyboardInterrupt) as error:
-            if as_user_error(error) is not None and experiment.forget():
-                Console(stderr=True, highlight=False).print("Nothing was begun; no run was kept.")
-            raise
+    with new_run(config, out, robot.stem) as experiment:
+        if cluster is not None:
+            _prepare_on(cluster, config)
+        run_experiment(experiment, record, live, as_json, more=more)
+
+
+def _prepare_on(address: str, config: ExperimentConfig) -> None:
+    """What takes long, on a cluster; it is kept here, so that a run begins at once."""
+    from sceann_hil.study.cluster import ClusterWorkers  # an extra that most people do without
+    from sceann_hil.study.transfer.on_cluster import prepare_on
+
+    console = Console(stderr=True, highlight=False)
+    with (
+        told_when_interrupted(console),
+        ClusterWorkers(address, tell=console.print) as workers,
+        show_preparation(console) as preparing,
+    ):
+        prepare_on(workers, config, preparing)

@@ -22,7 +22,8 @@ from sceann_hil.recording.source import RunSource
 from sceann_hil.recording.trial import RecordedTrial
 from sceann_hil.robot import TrialObserver
 from sceann_hil.run.experiment import Progress
-from sceann_hil.supervision.operators.keys import KeySource, open_keys
+from sceann_hil.supervision.operators.hits import KeySource
+from sceann_hil.supervision.operators.keys import open_keys
 from sceann_hil.supervision.stopping import StopRequest
 
 FRAME_S = 0.05

@@ -38,8 +38,8 @@ def json_schema() -> dict[str, Any]:
         base = _name(section.pop("$ref"))
         definitions.pop(base, None)
         section["oneOf"] = [references[model, _MODE] for model in models]
-        if group is Group.ROBOTS:
-            # other sections have a robot too
+        if group is not Group.ALGORITHMS:
+            # other sections have a robot or a task too
             definitions[base] = {"oneOf": section["oneOf"]}
         for model in models:
             definition = definitions[_name(references[model, _MODE])]

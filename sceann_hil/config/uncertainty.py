@@ -9,10 +9,18 @@ import json
 from collections.abc import Iterator
 from typing import Annotated, Any, NoReturn, Self
 
-from pydantic import AfterValidator, Field, SerializeAsAny, ValidationError, field_validator, model_validator
+from pydantic import (
+    AfterValidator,
+    Field,
+    SerializeAsAny,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 
 from sceann_hil.errors import PluginError
-from sceann_hil.plugins import RobotConfig, Section
+from sceann_hil.plugins import RobotConfig, Section, TaskConfig
 
 
 class UniformRange(Section):
@@ -46,13 +54,27 @@ class ScaledRange(Section):
         return self
 
 
-Range = float | UniformRange | NormalRange | ScaledRange
+class ShiftedRange(Section):
+    """The body's own value plus a number that is drawn evenly between two numbers."""
+
+    shifted: tuple[float, float]
+    """Smallest and largest number that is added."""
+
+    @model_validator(mode="after")
+    def _right_way_up(self) -> Self:
+        _check_order("shifted", self.shifted)
+        return self
+
+
+Drawn = UniformRange | NormalRange | ScaledRange | ShiftedRange
+Range = float | Drawn
 """What is known of a quantity: a number, or how it is drawn, once per robot (and sensor or motor)."""
 
-_KINDS: dict[str, type[UniformRange | NormalRange | ScaledRange]] = {
+_KINDS: dict[str, type[Drawn]] = {
     "uniform": UniformRange,
     "normal": NormalRange,
     "scaled": ScaledRange,
+    "shifted": ShiftedRange,
 }
 
 
@@ -75,26 +97,32 @@ class UncertaintyConfig(Section):
     """Simulated robots that are drawn."""
     body: SerializeAsAny[RobotConfig] | None = None
     """The simulated body that they are drawn around; by default the robot's own one."""
+    task: SerializeAsAny[TaskConfig] | None = None
+    """What the simulated robots do, where they cannot begin like the real one; by default its own task. Its fitness has
+    the same scale, and it has as many trials, or one that stands for all of them."""
     keys: Annotated[dict[str, Range], AfterValidator(Keys)] = Field(default_factory=Keys)
-    """By key of the body's section, such as gap.motor_gain or radius_m: a number, {uniform: [smallest, largest]},
-    {normal: [mean, deviation]} or {scaled: [smallest, largest factor]}."""
+    """By key of the body's section, such as gap.motor_gain, radius_m or world.infrared.range_m: a number,
+    {uniform: [smallest, largest]}, {normal: [mean, deviation]}, {scaled: [smallest, largest factor]} or
+    {shifted: [smallest, largest number added]}."""
 
-    @field_validator("body", mode="before")
+    @field_validator("body", "task", mode="before")
     @classmethod
-    def _load_body(cls, value: Any) -> Any:
+    def _load_plugin(cls, value: Any, info: ValidationInfo) -> Any:
         # the registry knows the plug-ins, and imports this package's neighbours
         from sceann_hil import registry
 
         if not isinstance(value, dict):
             return value
+        group = registry.Group.ROBOTS if info.field_name == "body" else registry.Group.TASKS
         try:
-            model = registry.load(registry.Group.ROBOTS, str(value.get("type")))
+            model = registry.load(group, str(value.get("type")))
             return model.model_validate_json(json.dumps(value))
         except PluginError as error:
-            raise ValueError(f"body.type: {error.message}") from error
+            raise ValueError(f"{info.field_name}.type: {error.message}") from error
         except ValidationError as error:
             first = error.errors()[0]
-            raise ValueError(f"body.{'.'.join(map(str, first['loc']))}: {first['msg']}") from error
+            where = ".".join(map(str, (info.field_name, *first["loc"])))
+            raise ValueError(f"{where}: {first['msg']}") from error
 
     @field_validator("keys", mode="before")
     @classmethod
@@ -107,17 +135,19 @@ class UncertaintyConfig(Section):
 
 def ranges_of(body: RobotConfig, keys: dict[str, Range]) -> dict[str, Range]:
     """What is known of a body's quantities by key: what its kind says, and over it what a configuration says."""
-    return {**{key: _range(key, value) for key, value in type(body).usual_uncertainty.items()}, **keys}
+    return {**{key: _range(key, value) for key, value in body.usual_uncertainty.items()}, **keys}
 
 
 def _range(key: str, value: Any) -> Range:
-    if isinstance(value, (UniformRange, NormalRange, ScaledRange)):
+    if isinstance(value, Drawn):
         return value
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return float(value)
     kinds = [kind for name, kind in _KINDS.items() if isinstance(value, dict) and name in value]
     if len(kinds) != 1:
-        raise ValueError(f"keys: {key}: expected a number, or one of uniform, normal or scaled with two numbers")
+        raise ValueError(
+            f"keys: {key}: expected a number, or one of uniform, normal, scaled or shifted with two numbers"
+        )
     try:
         return kinds[0].model_validate_json(json.dumps(value))
     except ValidationError as error:

@@ -181,22 +181,38 @@ def upload_firmware(plan: FlashPlan) -> None:
         FlashFailed: it reports an error; the message holds its last lines.
     """
     tool = find_tool(plan.upload[0], plan.package)
-    said = _uploaded(tool, plan.upload)
-    if said and any(words in said for words in _NO_BOOT_LOADER):
-        for other in UPLOAD_BAUDS:
-            speed = str(other)
-            if "-b" in plan.upload and speed not in plan.upload:
-                at = plan.upload.index("-b") + 1
-                if not _uploaded(tool, (*plan.upload[:at], speed, *plan.upload[at + 1 :])):
-                    return
-    if said:
-        raise FlashFailed(
-            f"{plan.upload[0]} could not write the board:\n{said}",
-            f"Check board, port and cable, then try it by hand: {plan.shell}",
-        )
+    said: list[str] = []
+    for command in _ways(plan.upload):
+        words = _uploaded(tool, (*command, *_FEW_ATTEMPTS) if "-b" in command else command)
+        if any(unknown in words for unknown in _OLD_AVRDUDE):
+            words = _uploaded(tool, command)
+        if not words:
+            return
+        said.append(words)
+        if not any(silence in words for silence in _NO_BOOT_LOADER):
+            break
+    tried = f" (tried at {' and '.join(map(str, UPLOAD_BAUDS))} baud)" if len(said) > 1 else ""
+    raise FlashFailed(
+        f"{plan.upload[0]} could not write the board{tried}:\n{said[0]}",
+        f"Check board, port and cable, then try it by hand: {plan.shell}",
+    )
 
 
-_NO_BOOT_LOADER = ("not in sync", "programmer is not responding", "not responding")
+_FEW_ATTEMPTS = ("-x", "attempts=2")
+"""Of avrdude, which takes six seconds for each; it makes ten by itself."""
+_OLD_AVRDUDE = ("invalid extended parameter", "unable to parse extended parameter")
+"""What an avrdude before 7.1 says of that."""
+_NO_BOOT_LOADER = ("not in sync", "not responding")
+
+
+def _ways(upload: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
+    """The command, then the same at the other speeds of boot loaders."""
+    yield upload
+    if "-b" in upload:
+        at = upload.index("-b") + 1
+        for speed in map(str, UPLOAD_BAUDS):
+            if speed != upload[at]:
+                yield (*upload[:at], speed, *upload[at + 1 :])
 
 
 def _uploaded(tool: str, command: tuple[str, ...]) -> str:
@@ -220,7 +236,7 @@ class Unplugged:
     tick_s: float = 0.0
 
 
-def meet(link: RobotLink, place: str) -> Descriptor:
+def handshake(link: RobotLink, place: str) -> Descriptor:
     """Take the robot, and say what is wrong when there is none of ours.
 
     Raises:
@@ -241,7 +257,7 @@ def upload_genome(link: RobotLink, image: ControllerImage, place: str, unplugged
         FlashFailed: no robot of ours, it refuses, or what it holds is not what was sent.
     """
     check_size(image)
-    descriptor = meet(link, place)
+    descriptor = handshake(link, place)
     if descriptor.firmware != FIRMWARE_VERSION:
         raise FlashFailed(
             f"{place}: expected firmware {FIRMWARE_VERSION}, the robot has {descriptor.firmware}.", "Flash the board."
@@ -315,15 +331,20 @@ def opened(port: str, baud: int = BAUD, node: int = 1) -> Iterator[RobotLink]:
 
 
 def flash(
-    image: ControllerImage, plan: FlashPlan, port: str, baud: int = BAUD, unplugged: Unplugged = Unplugged()
+    image: ControllerImage,
+    plan: FlashPlan,
+    port: str,
+    baud: int = BAUD,
+    node: int = 1,
+    unplugged: Unplugged = Unplugged(),
 ) -> OnRobot:
-    """Uploads firmware and genome, and reads back what is on the board.
+    """Uploads firmware and genome, and reads back what is on the board, which keeps its node number.
 
     Raises:
         ToolMissing, FlashFailed: see `upload_firmware` and `upload_genome`.
     """
     upload_firmware(plan)
-    return flash_genome(image, port, baud, unplugged=unplugged)
+    return flash_genome(image, port, baud, node, unplugged)
 
 
 def flash_genome(

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from sceann_hil.journal.checksums import Column, row_checksum, row_checksums
 from sceann_hil.journal.digests import begun_digest, digest_before, finished_digest
 from sceann_hil.journal.schema import columns_of
-from sceann_hil.network.coding import Bits, genome_to_hex
+from sceann_hil.network.coding import Bits, genomes_to_hex
 
 
 def insert_row(
@@ -26,12 +26,51 @@ def insert_row(
     replace: bool = False,
     columns_of: Callable[[str], list[str]] = columns_of,
 ) -> None:
-    """One row, or in the place of the one with the same key."""
-    columns = columns_of(table)
+    """One row; with `replace` also in the place of the one with the same key."""
+    key, *others = columns = [*columns_of(table), "checksum"]
+    # to delete the old row, as REPLACE does, SQLite reads every row of the tables that may refer to it
+    new = f" ON CONFLICT ({key}) DO UPDATE SET {', '.join(f'{name} = excluded.{name}' for name in others)}"
     db.execute(
-        f"INSERT {'OR REPLACE ' if replace else ''}INTO {table} ({', '.join(columns)}, checksum) "
-        f"VALUES ({'?, ' * len(columns)}?)",
+        f"INSERT INTO {table} ({', '.join(columns)}) VALUES ({', '.join('?' * len(columns))}){new if replace else ''}",
         (*row, row_checksum(row)),
+    )
+
+
+def insert_columns(
+    db: sqlite3.Connection,
+    table: str,
+    names: Sequence[str],
+    columns: Sequence[Column],
+    checksums: Sequence[int],
+    n: int,
+) -> None:
+    """n rows, given column by column; what is the same whole number in all of them, or a word, is told once."""
+    values, varying = [], []
+    for column in columns:
+        if column is None or isinstance(column, int) or (isinstance(column, str) and column.isidentifier()):
+            values.append("NULL" if column is None else f"'{column}'" if isinstance(column, str) else str(column))
+        else:
+            values.append("?")
+            varying.append(listed(column, n))
+    db.executemany(
+        f"INSERT INTO {table} ({', '.join(names)}, checksum) VALUES ({', '.join(values)}, ?)",
+        zip(*varying, checksums, strict=True),
+    )
+
+
+def update_columns(
+    db: sqlite3.Connection,
+    table: str,
+    names: Sequence[str],
+    columns: Sequence[Column],
+    checksums: Sequence[int],
+    ids: Sequence[int],
+) -> None:
+    """Some columns of the rows with these ids; what nobody knows is NULL already."""
+    told = [(name, column) for name, column in zip(names, columns, strict=True) if column is not None]
+    db.executemany(
+        f"UPDATE {table} SET {', '.join(f'{name} = ?' for name, _ in told)}, checksum = ? WHERE id = ?",
+        zip(*(listed(column, len(ids)) for _, column in told), checksums, ids, strict=True),
     )
 
 
@@ -51,14 +90,10 @@ def insert_generation(
         (number, state, now_text(), zlib.crc32(state)),
     )
     first = 1 + int(db.execute("SELECT coalesce(max(id), 0) FROM individual").fetchone()[0])
-    ids, numbers = list(range(first, first + n)), list(range(n))
-    hexes, none = [genome_to_hex(genome) for genome in genomes], [None] * n
-    columns: list[Any] = [ids, [number] * n, numbers, hexes, parents or none, ancestors or none, structures, none]
-    names = columns_of("individual")
-    db.executemany(
-        f"INSERT INTO individual ({', '.join(names)}, checksum) VALUES ({'?, ' * len(names)}?)",
-        zip(*columns, row_checksums(columns, n), strict=True),
-    )
+    ids, numbers = np.arange(first, first + n), np.arange(n)
+    hexes = genomes_to_hex(genomes)
+    columns: list[Column] = [ids, number, numbers, hexes, parents, ancestors, structures, None]
+    insert_columns(db, "individual", columns_of("individual"), columns, row_checksums(columns, n), n)
     rewrite_digests(db, since_generation=number)
 
 
@@ -91,6 +126,14 @@ def rewrite_digests(
         digest = None if finished_at is None else finished_digest(db, number, begun)
         db.execute("UPDATE generation SET begun_digest = ?, digest = ? WHERE number = ?", (begun, digest, number))
         update_checksums(db, "generation", "WHERE number = ?", number)
+
+
+def write_finished_digest(db: sqlite3.Connection, number: int) -> None:
+    """Of a generation that has just been finished and is the newest: it began with what its digest says."""
+    begun = db.execute("SELECT begun_digest FROM generation WHERE number = ?", (number,)).fetchone()[0]
+    digest = finished_digest(db, number, begun)
+    db.execute("UPDATE generation SET digest = ? WHERE number = ?", (digest, number))
+    update_checksums(db, "generation", "WHERE number = ?", number)
 
 
 def now_text() -> str:

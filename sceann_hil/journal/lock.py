@@ -2,36 +2,19 @@
 
 from __future__ import annotations
 
-import errno
-import fcntl
 import os
+import sys
 import time
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 from sceann_hil.errors import CannotWrite, RunIsLocked
+from sceann_hil.journal.locking import open_small_file, try_lock, write_whole
 
 LOCK_NAME = "lock"
 _LOOKS_OF_OTHERS_S = 0.5
 """A look at whether a run is being worked on holds the lock for an instant; nobody is turned away by that."""
-_NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL)
-
-
-def _try_lock(descriptor: int, kind: int, path: Path) -> bool:
-    try:
-        fcntl.flock(descriptor, kind | fcntl.LOCK_NB)
-    except OSError as error:
-        if error.errno in _NO_LOCKS:
-            raise CannotWrite(
-                f"{path.parent}: this file system has no locks ({error.strerror}), so nothing would keep a second "
-                "process away.",
-                "Choose a folder on a local disk.",
-            ) from error
-        if error.errno not in (errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES):
-            raise
-        return False
-    return True
 
 
 class RunLock:
@@ -44,18 +27,17 @@ class RunLock:
 
     def __init__(self, directory: Path) -> None:
         self._path = directory / LOCK_NAME
-        self._descriptor = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        self._descriptor = open_small_file(self._path)
         try:
             self._take(directory)
-            os.ftruncate(self._descriptor, 0)
-            os.pwrite(self._descriptor, f"{os.getpid()}\n".encode(), 0)
+            write_whole(self._descriptor, f"{os.getpid()}\n".encode())
         except BaseException:
             self.release()
             raise
 
     def _take(self, directory: Path) -> None:
         give_up_at_s = time.monotonic() + _LOOKS_OF_OTHERS_S
-        while not _try_lock(self._descriptor, fcntl.LOCK_EX, self._path):
+        while not try_lock(self._descriptor, self._path):
             if time.monotonic() > give_up_at_s:
                 raise RunIsLocked(
                     f"{directory} is in use: {who_has_locked(self._path)} is working on it.",
@@ -72,7 +54,7 @@ class RunLock:
         except OSError:
             return False
         try:
-            return not _try_lock(descriptor, fcntl.LOCK_SH, path)
+            return not try_lock(descriptor, path, shared=True)
         except CannotWrite:
             return False
         finally:
@@ -95,6 +77,9 @@ class RunLock:
 
 def who_has_locked(path: Path) -> str:
     """The living process of this computer that has a lock on a file, for messages."""
+    if sys.platform != "linux":
+        process = _written_in(path) if path.name == LOCK_NAME else 0
+        return f"process {process}" if process else "another process"
     try:
         status = path.stat()
         lines = Path("/proc/locks").read_text(encoding="ascii").splitlines()

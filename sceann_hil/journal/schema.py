@@ -13,7 +13,9 @@ from collections.abc import Iterator
 JOURNAL_NAME = "journal.sqlite"
 UNBORN_NAME = f".{JOURNAL_NAME}.new"
 """A journal that is being made; it gets its own name when it is whole."""
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
+FIRST_WITH_CHECKSUMS = 2
+"""Schema 2 is today's without the tables ``robot`` and ``batch``."""
 APPLICATION_ID = 0x5CEA2210
 """Marks an SQLite file as a journal of ours."""
 
@@ -27,6 +29,12 @@ CREATE TABLE run (
     versions      TEXT NOT NULL,     -- JSON: this package, Python, NumPy, Numba, plug-ins, processor, machine
     parent_run    TEXT,              -- directory of the run whose population this one started from
     checksum      INTEGER            -- of the columns before; so in every table
+) STRICT;
+
+CREATE TABLE robot (
+    only_row      INTEGER PRIMARY KEY CHECK (only_row = 1),
+    spec          TEXT NOT NULL,     -- JSON: numbers of sensors and motors, tick, names of fields; for whoever has not
+    checksum      INTEGER            -- the package that knows this robot. Empty in journals begun by schemas 1 and 2
 ) STRICT;
 
 CREATE TABLE head (
@@ -136,6 +144,16 @@ CREATE INDEX attempt_with_battery ON attempt (id) WHERE battery IS NOT NULL;
 CREATE INDEX individual_by_genome ON individual (genome);
 CREATE INDEX generation_by_fitness ON generation (best_fitness);
 
+CREATE TABLE batch (
+    first      INTEGER PRIMARY KEY,  -- id of the first of many attempts that are being simulated in one call
+    attempts   INTEGER NOT NULL,     -- how many, with consecutive ids; their rows take the place of this one
+    session    INTEGER REFERENCES session (id),
+    generation INTEGER NOT NULL REFERENCES generation (number),
+    intent_at  INTEGER NOT NULL,     -- as in attempt
+    slots      BLOB NOT NULL,        -- individual, trial, attempt (32 bits), start, noise_key (64): column after column
+    checksum   INTEGER
+) STRICT;
+
 CREATE TABLE trace (
     attempt  INTEGER PRIMARY KEY REFERENCES attempt (id),
     format   TEXT NOT NULL,          -- how to read data
@@ -155,6 +173,7 @@ CREATE TABLE event (
 
 COLUMNS = {
     "run": "only_row name created_at root_seed config versions parent_run",
+    "robot": "only_row spec",
     "generation": "number started_at state_checksum begun_digest finished_at wall_s attempts robot_s operator_s "
     "best_fitness mean_fitness worst_fitness success_rate last_attempt digest",
     "individual": "id generation number genome parent ancestor structure fitness",
@@ -163,6 +182,7 @@ COLUMNS = {
     "start": "id start_values",
     "attempt": "id kind session measurement generation individual trial attempt own_genome start noise_key intent_at "
     "ended_at end_reason steps value state_hash final_state robot_s fitness operator_s battery note",
+    "batch": "first attempts session generation intent_at slots",
     "trace": "attempt format data",
     "event": "id at generation kind message",
 }

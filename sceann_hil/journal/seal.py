@@ -14,6 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
+from sceann_hil.journal.locking import open_small_file, write_whole
+
 
 @dataclass(frozen=True, slots=True)
 class Seal:
@@ -51,11 +53,8 @@ class Sealer:
     def note(self, transactions: int) -> None:
         """A transaction is on disk. Told to the operating system, which keeps it when this process dies."""
         if self._descriptor is None:
-            self._descriptor = os.open(seal_path(self._database), os.O_RDWR | os.O_CREAT, 0o644)
-        line = f"{transactions:<20}\n".encode()
-        os.pwrite(self._descriptor, line, 0)
-        if os.fstat(self._descriptor).st_size != len(line):
-            os.ftruncate(self._descriptor, len(line))
+            self._descriptor = open_small_file(seal_path(self._database))
+        write_whole(self._descriptor, f"{transactions:<20}\n".encode())
 
     def close(self, transactions: int, *, whole: bool) -> None:
         """Nobody writes any more.
@@ -66,7 +65,7 @@ class Sealer:
         """
         self.note(transactions)
         if whole and self._descriptor is not None:
-            os.pwrite(self._descriptor, f"{transactions:<20} {file_sha256(self._database)}\n".encode(), 0)
+            write_whole(self._descriptor, f"{transactions:<20} {file_sha256(self._database)}\n".encode())
         if self._descriptor is not None:
             os.close(self._descriptor)
             self._descriptor = None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Self
 
@@ -12,36 +13,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sceann_hil.errors import OtherVersions
-from sceann_hil.journal import schema1
+from sceann_hil.journal import schema1, schema2
 from sceann_hil.journal.attempts import final_state_texts
 from sceann_hil.journal.checksums import Column, row_checksums
-from sceann_hil.journal.database import as_ours, open_database
+from sceann_hil.journal.database import as_ours, open_database, understood
 from sceann_hil.journal.entries import NOTHING_SPECIAL, AttemptKind, Circumstances, FirstGeneration, Slots
 from sceann_hil.journal.insertion import (
+    insert_columns,
     insert_generation,
     insert_row,
-    listed,
     milliseconds,
     now_text,
     readable,
     rewrite_digests,
     unless,
     update_checksums,
+    update_columns,
+    write_finished_digest,
 )
+from sceann_hil.journal.intents import INTENT, RESULT, Intents, Written
 from sceann_hil.journal.making import is_unborn, make_journal
-from sceann_hil.journal.measured import pack_measured
 from sceann_hil.journal.reader import KIND, JournalReader, journal_path
-from sceann_hil.journal.schema import SCHEMA_VERSION, columns_of
+from sceann_hil.journal.schema import FIRST_WITH_CHECKSUMS, SCHEMA_VERSION, columns_of
 from sceann_hil.journal.seal import Sealer
+from sceann_hil.journal.sensor_traces import pack_sensor_trace
 from sceann_hil.journal.transactions import Transactions
 from sceann_hil.journal.verify import require_sound
 from sceann_hil.network.coding import Bits
-from sceann_hil.robot import EndReason, Results
+from sceann_hil.robot import EndReason, Results, RobotSpec
 from sceann_hil.versions import running_versions, version_differences
-
-_INTENT = columns_of("attempt")[:12]
-_RESULT = columns_of("attempt")[12:]
-_NOT_YET: tuple[Column, ...] = (None,) * len(_RESULT)
 
 
 class Journal:
@@ -57,7 +57,7 @@ class Journal:
     accept_other_versions = False
 
     def __init__(self, directory: Path) -> None:
-        """Open an existing journal, once nothing in it is damaged; one of schema 1 is brought up to date.
+        """Open an existing journal, once nothing in it is damaged; one of an older schema is brought up to date.
 
         Raises:
             NotARun, RunIsNewer, RunIsDamaged, CannotRead, CannotWrite: see `open_database` and `require_sound`.
@@ -67,8 +67,9 @@ class Journal:
         self._db, version = open_database(KIND, path, write=True)
         try:
             if version < SCHEMA_VERSION:
+                older = schema1 if version < FIRST_WITH_CHECKSUMS else schema2
                 with as_ours(path):
-                    schema1.bring_up_to_date(self._db)
+                    older.bring_up_to_date(self._db)
             self._transaction = Transactions(self._db, path, Sealer(path))
         except BaseException:
             self._db.close()
@@ -76,9 +77,9 @@ class Journal:
         self.reader = JournalReader(directory, self._db)
         self._session: dict[str, Any] | None = None
         self._session_began_s = time.monotonic()
-        self._starts: dict[bytes, int] = {}
-        self._fresh: tuple[NDArray[np.int64], list[Column]] | None = None
-        """Ids and columns of the newest intents, while nothing else was written to them."""
+        self._intents = Intents(self._db, self.reader)
+        self._fresh: Written | None = None
+        """The newest intents, while nothing else was written to them."""
 
     @classmethod
     def create(
@@ -91,6 +92,7 @@ class Journal:
         versions: dict[str, str],
         parent_run: str | None = None,
         first: FirstGeneration | None = None,
+        robot: RobotSpec | None = None,
     ) -> Self:
         """Start the journal of a new run.
 
@@ -102,12 +104,13 @@ class Journal:
             versions: of what it runs on.
             parent_run: directory of the run whose population this one starts from.
             first: generation 0, if it comes from there.
+            robot: what is known of it, for whoever looks at the run without the package that knows it.
 
         Raises:
             RunExists: there is a journal already.
         """
-        row = (readable(name), now_text(), root_seed, config, json.dumps(versions), parent_run)
-        make_journal(directory, row, first)
+        row = (readable(name), now_text(), root_seed, config, json.dumps(versions), parent_run and readable(parent_run))
+        make_journal(directory, row, first, json.dumps(asdict(robot)) if robot is not None else None)
         return cls(directory)
 
     is_unborn = staticmethod(is_unborn)
@@ -160,25 +163,14 @@ class Journal:
         with self._transaction:
             first = self.reader.count_attempts() + 1
             ids = np.arange(first, first + n, dtype=np.int64)
-            start_ids = self._start_ids(starts)
-            known: list[Column] = [
+            columns: list[Column] = [
                 *(ids, kind.value, session, measurement, generation, slots.individual, slots.trial, slots.attempt),
-                *(
-                    genomes,
-                    np.array(start_ids, np.int64),
-                    keys.astype(np.uint64, copy=False).view(np.int64),
-                    milliseconds(),
-                ),
+                *(genomes, self._intents.start_ids(starts), keys.astype(np.uint64, copy=False).view(np.int64)),
+                milliseconds(),
             ]
-            checksums = row_checksums([*known, *_NOT_YET], n)
-            given = [(name, column) for name, column in zip(_INTENT, known, strict=True) if column is not None]
-            self._db.executemany(
-                f"INSERT INTO attempt ({', '.join(name for name, _ in given)}, checksum) "
-                f"VALUES ({'?, ' * len(given)}?)",
-                zip(*(listed(column, n) for _, column in given), checksums, strict=True),
-            )
+            fresh = self._intents.write(columns, n)
             self._add_to_session(attempts=n)
-        self._fresh = ids, known
+        self._fresh = fresh
         return ids
 
     def record(
@@ -199,25 +191,23 @@ class Journal:
         Traces in the results are kept too: a robot that delivers them with `run` cannot be asked for them later.
         """
         n, said = len(ids), None if circumstances.note is None else readable(circumstances.note)
-        codes = results.end_reasons.tolist()
-        names = {code: EndReason(code).name.lower() for code in set(codes)}
-        void = [code for code in names if EndReason(code).is_void]
-        is_void = np.isin(results.end_reasons, void) if void else None
-        known, notes = self._intents(ids)
+        names = {code: EndReason(code).name.lower() for code in set(results.end_reasons.tolist())}
+        counts = results.counts
+        is_void = None if counts.all() else ~counts
+        fresh, known, notes = self._written(ids)
         learned: list[Column] = [
-            *(milliseconds(), [names[code] for code in codes], results.steps, unless(is_void, results.values)),
-            *(results.hashes, final_state_texts(results.final_states), results.durations_s, unless(is_void, fitness)),
-            *(circumstances.operator_s, circumstances.battery_fraction),
+            *(milliseconds(), [names[code] for code in results.end_reasons.tolist()], results.steps),
+            *(unless(is_void, results.values), results.hashes, final_state_texts(results.final_states)),
+            *(results.durations_s, unless(is_void, fitness), circumstances.operator_s, circumstances.battery_fraction),
             [_joined(note, said) for note in notes] if notes is not None else said,
         ]
         checksums = row_checksums([*known, *learned], n)
-        # what nobody knows is NULL already
-        told = [(name, column) for name, column in zip(_RESULT, learned, strict=True) if column is not None]
         with self._transaction:
-            self._db.executemany(
-                f"UPDATE attempt SET {', '.join(f'{name} = ?' for name, _ in told)}, checksum = ? WHERE id = ?",
-                zip(*(listed(column, n) for _, column in told), checksums, ids.tolist(), strict=True),
-            )
+            if fresh is not None and fresh.as_batch:
+                insert_columns(self._db, "attempt", [*INTENT, *RESULT], [*known, *learned], checksums, n)
+                self._intents.forget(fresh)
+            else:
+                update_columns(self._db, "attempt", RESULT, learned, checksums, ids.tolist())
             self._add_to_session(
                 ended=n,
                 robot_s=float(results.durations_s.sum()),
@@ -225,11 +215,11 @@ class Journal:
                 paused_s=circumstances.paused_s,
             )
             for identity, trace in zip(ids.tolist(), results.traces or (), strict=results.traces is not None):
-                insert_row(self._db, "trace", (identity, *pack_measured(trace)))
+                insert_row(self._db, "trace", (identity, *pack_sensor_trace(trace)))
 
     def annotate(self, attempt: int, words: str) -> None:
         """Add an operator's words to an attempt."""
-        self._fresh = None
+        self._spread()
         with self._transaction:
             (row,) = self.reader.rows("attempt", "WHERE id = ?", attempt)
             self._db.execute("UPDATE attempt SET note = ? WHERE id = ?", (_joined(row[-1], readable(words)), attempt))
@@ -239,11 +229,7 @@ class Journal:
     def finish_generation(self, number: int, fitness: NDArray[np.float64], wall_s: float, success_rate: float) -> None:
         """All trials of a generation are counted; `fitness` has shape ``(population,)``."""
         with self._transaction:
-            self._db.executemany(
-                "UPDATE individual SET fitness = ? WHERE generation = ? AND number = ?",
-                [(value, number, i) for i, value in enumerate(fitness.tolist())],
-            )
-            update_checksums(self._db, "individual", "WHERE generation = ?", number)
+            self._write_fitness(number, fitness)
             own = (
                 "FROM attempt WHERE id > (SELECT coalesce(max(last_attempt), 0) FROM generation WHERE number = ?1 - 1) "
                 "AND generation = ?1 AND end_reason IS NOT NULL"
@@ -258,7 +244,7 @@ class Journal:
                 "last_attempt = (SELECT coalesce(max(id), 0) FROM attempt) WHERE number = ?",
                 (*figures, success_rate, number),
             )
-            rewrite_digests(self._db, since_generation=number)
+            write_finished_digest(self._db, number)
 
     # -- sessions, measurements, events -----------------------------------------------------------------------------
 
@@ -283,6 +269,7 @@ class Journal:
             OtherVersions: the session before ran on others, and nobody has set `accept_other_versions`.
         """
         self._session_began_s = time.monotonic()
+        self._spread()
         versions = versions or running_versions()
         self._compare_versions(robot, versions, body)
         with self._transaction:
@@ -347,32 +334,29 @@ class Journal:
             )
         self.note("versions", f"session {before.id + 1} runs on others than session {before.id}: {'; '.join(others)}")
 
-    def _start_ids(self, starts: NDArray[np.float64]) -> list[int]:
-        raw, width = np.ascontiguousarray(starts, np.float64).tobytes(), 8 * starts.shape[1]
-        if not width:
-            return [self._start_id(b"")] * len(starts)
-        keys = [raw[k : k + width] for k in range(0, len(raw), width)]
-        for key in set(keys).difference(self._starts):
-            self._starts[key] = self._start_id(key)
-        return [self._starts[key] for key in keys]
-
-    def _start_id(self, key: bytes) -> int:
-        text = json.dumps(np.frombuffer(key, np.float64).tolist())
-        known = self._db.execute("SELECT id FROM start WHERE start_values = ?", (text,)).fetchone()
-        if known is not None:
-            return int(known[0])
-        identity = 1 + int(self.reader.one("SELECT coalesce(max(id), 0) FROM start")[0])
-        insert_row(self._db, "start", (identity, text))
-        return identity
-
-    def _intents(self, ids: NDArray[np.int64]) -> tuple[Sequence[Column], list[str | None] | None]:
+    def _written(self, ids: NDArray[np.int64]) -> tuple[Written | None, Sequence[Column], list[str | None] | None]:
         """What the rows of some attempts hold since `intend`, and their notes, None if none of them has any."""
         fresh, self._fresh = self._fresh, None
-        if fresh is not None and np.array_equal(fresh[0], ids):
-            return fresh[1], None
+        if fresh is not None and np.array_equal(fresh.ids, ids):
+            return fresh, fresh.columns, None
+        self._spread()
         rows = [self.reader.rows("attempt", "WHERE id = ?", identity)[0] for identity in ids.tolist()]
         columns = [list(column) for column in zip(*rows, strict=True)]
-        return columns[: len(_INTENT)], columns[-1]
+        return None, columns[: len(INTENT)], columns[-1]
+
+    def _spread(self) -> None:
+        """From now on every attempt has a row of its own."""
+        self._fresh = None
+        if self.reader.one("SELECT count(*) FROM batch")[0]:
+            with self._transaction, understood(self.reader.path):
+                self._intents.spread()
+
+    def _write_fitness(self, generation: int, fitness: NDArray[np.float64]) -> None:
+        rows = self.reader.rows("individual", "WHERE generation = ? ORDER BY number", generation)
+        ids, *columns = (list(column) for column in zip(*rows, strict=True))
+        columns[-1] = fitness.tolist()
+        checksums = row_checksums([ids, *columns], len(ids))
+        update_columns(self._db, "individual", ["fitness"], [fitness], checksums, ids)
 
     def _add_to_session(self, **more: float) -> None:
         if self._session is None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import sys
 from collections.abc import Sequence
 from typing import Any
 
@@ -45,16 +46,22 @@ class SceannSerialBus(FramedBus):
             self._port.open()
         except (OSError, ValueError) as error:
             raise port_problem(channel, error) from error
-        # adapters with an FTDI chip collect bytes for 16 ms unless they are told not to
-        with contextlib.suppress(OSError, ValueError, AttributeError, NotImplementedError):
-            self._port.set_low_latency_mode(True)
+        if sys.platform != "win32":
+            # adapters with an FTDI chip collect bytes for 16 ms unless they are told not to
+            with contextlib.suppress(OSError, ValueError, AttributeError, NotImplementedError):
+                self._port.set_low_latency_mode(True)
         self._leave_dtr_when_closed()
         self.channel_info = f"sceann serial {channel}"
         super().__init__(channel, **kwargs)
         self._write(DELIMITER)
 
     def _leave_dtr_when_closed(self) -> None:
-        """Opening the port again must not reset the board: DTR falls when a port is closed, unless told not to."""
+        """Opening the port again must not reset the board: DTR falls when a port is closed, unless told not to.
+
+        Windows has no way to say so: there an Uno is reset whenever its port is opened.
+        """
+        if sys.platform == "win32":
+            return
         with contextlib.suppress(ImportError, OSError, io.UnsupportedOperation, AttributeError):
             import termios
 

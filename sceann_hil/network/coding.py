@@ -182,6 +182,15 @@ def genome_to_hex(genome: Bits) -> str:
     return np.packbits(np.asarray(genome, dtype=np.uint8)).tobytes().hex()
 
 
+def genomes_to_hex(genomes: Bits) -> list[str]:
+    """Each of some genomes, shape ``(n, L)``, as `genome_to_hex` writes it."""
+    packed = np.packbits(np.asarray(genomes, dtype=np.uint8), axis=1)
+    text, width = packed.tobytes().hex(), 2 * packed.shape[1]
+    return (
+        [text[first : first + width] for first in range(0, width * len(packed), width)] if width else [""] * len(packed)
+    )
+
+
 def genome_from_hex(text: str, length: int) -> Bits:
     """The inverse of `genome_to_hex`.
 

@@ -11,12 +11,20 @@ import contextlib
 import os
 import sys
 import threading
+import time
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from sceann_hil.errors import as_user_error
+from sceann_hil.errors import RunIsLocked, as_user_error
 from sceann_hil.recording.paths import RecordingPaths
 from sceann_hil.recording.process import Detail, RecorderStatus, State
 
+if TYPE_CHECKING:
+    from sceann_hil.recording.recorder import Recorder
+
+_LOOK_AGAIN_S = 0.2
 _HEAD_START_S = 3.0
 """What the evolution has both cores for before anything is recorded."""
 
@@ -41,7 +49,7 @@ def main() -> int:
     try:
         from sceann_hil.recording.recorder import Recorder
 
-        recorder = Recorder(arguments.run_dir, arguments.record, tell)
+        recorder = _next_recorder(partial(Recorder, arguments.run_dir, arguments.record, tell))
         try:
             recorder.record(more=lambda: not ended.is_set())
         finally:
@@ -55,6 +63,15 @@ def main() -> int:
             raise
         return int(user_error.exit_code)
     return 0
+
+
+def _next_recorder(make: Callable[[], Recorder]) -> Recorder:
+    """A recorder, as soon as the one of an earlier session has ended."""
+    while True:
+        try:
+            return make()
+        except RunIsLocked:
+            time.sleep(_LOOK_AGAIN_S)
 
 
 def _wait_for_end(ended: threading.Event) -> None:

@@ -17,8 +17,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from sceann_hil.errors import ToolMissing
 from sceann_hil.recording.paths import RecordingPaths
-from sceann_hil.recording.process import step_back
+from sceann_hil.recording.process import APART, step_back
 
 HEADER = struct.Struct("<BIHBB")
 """Kind, attempt id, step, sensors that follow (uint16), state values that follow (float32)."""
@@ -34,6 +35,11 @@ class FeedKind(IntEnum):
     END = 3
 
 
+def _needs_pipes_that_do_not_wait() -> None:
+    if sys.platform == "win32" and sys.version_info < (3, 12):
+        raise ToolMissing("--live needs Python 3.12 or newer on Windows.", "Leave --live out, or use a newer Python.")
+
+
 class LiveFeed:
     """A `sceann_hil.robot.TrialObserver` that passes everything on to a process with the viewer.
 
@@ -43,9 +49,13 @@ class LiveFeed:
     Args:
         run_dir: the run; its journal exists.
         target: `SPAWN`, the URL of a running viewer, or a file that ends with ``.rrd``.
+
+    Raises:
+        ToolMissing: on Windows with an old Python.
     """
 
     def __init__(self, run_dir: Path, target: str = SPAWN) -> None:
+        _needs_pipes_that_do_not_wait()
         self.dropped = 0
         paths = RecordingPaths(run_dir)
         paths.folder.mkdir(exist_ok=True)
@@ -56,13 +66,14 @@ class LiveFeed:
                 stdin=subprocess.PIPE,
                 stdout=log,
                 stderr=log,
-                start_new_session=os.name != "nt",
+                **APART,
             )
         step_back(self._process.pid)
         if self._process.stdin is None:
             raise RuntimeError("the live view has no standard input")
         self._pipe = self._process.stdin
-        os.set_blocking(self._pipe.fileno(), False)
+        if sys.platform != "win32" or sys.version_info >= (3, 12):
+            os.set_blocking(self._pipe.fileno(), False)
         self._trial_id = 0
 
     @property

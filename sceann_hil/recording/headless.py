@@ -32,7 +32,7 @@ def headless_viewer(*sources: str | Path, window: tuple[int, int] = (1600, 900))
         window: its size in points.
 
     Raises:
-        ViewerUnavailable: it did not start, and why.
+        ViewerUnavailable: it did not start, or ended, and why.
     """
     with tempfile.TemporaryDirectory() as private:
         log = Path(private) / "viewer.log"
@@ -50,7 +50,12 @@ def headless_viewer(*sources: str | Path, window: tuple[int, int] = (1600, 900))
         ]
         environment = {**quiet_environment(), "XDG_RUNTIME_DIR": private}
         with log.open("wb") as output, guarded([*command, *map(str, sources)], output, environment) as process:
-            yield _connected(process, port, log)
+            client = _connected(process, port, log)
+            try:
+                yield client
+            except ConnectionError:
+                # it opened its port before it found that it cannot draw
+                raise explain_failure(log.read_text(errors="replace")) from None
 
 
 def complaints(client: ViewerClient) -> dict[str, list[str]]:

@@ -7,8 +7,9 @@ again what it computes on the robot. When the trial is over, the whole of it is 
 from __future__ import annotations
 
 import os
-import select
+import queue
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -97,14 +98,25 @@ class LiveTrial:
         self._stream.disconnect()
 
 
+def _wait(descriptor: int, come: queue.Queue[bytes]) -> None:
+    data = b"-"
+    while data:
+        data = os.read(descriptor, 65536)
+        come.put(data)
+
+
 def records(descriptor: int) -> Iterator[tuple[FeedKind, int, int, bytes, int] | None]:
     """Records from a pipe until it ends; None when a frame's time has passed without one."""
+    # a thread waits for the pipe, because Windows cannot say whether something has come
+    come: queue.Queue[bytes] = queue.Queue(1)
+    threading.Thread(target=_wait, args=(descriptor, come), name="feed", daemon=True).start()
     buffer = b""
     while True:
-        if not select.select([descriptor], [], [], FRAME_S)[0]:
+        try:
+            data = come.get(timeout=FRAME_S)
+        except queue.Empty:
             yield None
             continue
-        data = os.read(descriptor, 65536)
         if not data:
             return
         buffer += data

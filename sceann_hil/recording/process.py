@@ -10,11 +10,24 @@ import json
 import os
 import subprocess
 import sys
-from dataclasses import asdict, dataclass
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
 from enum import StrEnum
 from pathlib import Path
+from typing import Any
 
+from sceann_hil.journal.lock import RunLock
 from sceann_hil.recording.paths import RecordingPaths
+
+if sys.platform == "win32":
+    APART: dict[str, Any] = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
+else:
+    APART: dict[str, Any] = {"start_new_session": True}
+"""How a process is started that Ctrl-C in the terminal does not reach."""
+_LOOK_AGAIN_S = 0.2
+_STARTS_WITHIN_S = 60.0
+"""A recorder that has not begun by then was killed before."""
 
 
 class Detail(StrEnum):
@@ -75,11 +88,58 @@ class RecorderStatus:
         except (OSError, ValueError, TypeError, KeyError):
             return None
 
+    @property
+    def words(self) -> str:
+        """For people."""
+        done = f"{self.generations} of {self.known} generations"
+        return {
+            State.STARTING: "about to begin",
+            State.RECORDING: f"at work, {done} so far",
+            State.FINISHED: f"finished, {done}",
+            State.FAILED: f"stopped, {done}: {self.message}",
+        }[self.state]
+
+
+def status_now(run_dir: Path) -> RecorderStatus | None:
+    """How far a run's recorder is, whoever started it; None if the run was never recorded."""
+    paths = RecordingPaths(run_dir)
+    status = RecorderStatus.read(paths.status)
+    if status is None or status.state in (State.FINISHED, State.FAILED) or RunLock.is_held(paths.folder):
+        return status
+    begun = status.state is State.RECORDING or time.time() - paths.status.stat().st_mtime > _STARTS_WITHIN_S
+    if begun and not RunLock.is_held(run_dir):
+        return replace(status, state=State.FAILED, message="`sceann record` makes the rest")
+    return status
+
+
+def wait_for_recorder(
+    run_dir: Path, report: Callable[[RecorderStatus], None], enough: Callable[[], bool] = lambda: False
+) -> bool:
+    """Wait until a recorder that is at work has ended, unless its run still goes on.
+
+    Args:
+        run_dir: the run.
+        report: told how far it is.
+        enough: ends the waiting.
+
+    Returns:
+        Whether nobody records the run any more.
+    """
+    paths = RecordingPaths(run_dir)
+    while RunLock.is_held(paths.folder):
+        if RunLock.is_held(run_dir) or enough():
+            return False
+        report(RecorderStatus.read(paths.status) or RecorderStatus())
+        time.sleep(_LOOK_AGAIN_S)
+    return True
+
 
 class RecorderProcess:
     """A recorder beside a running experiment, with low priority.
 
-    It follows the journal. When the experiment says `finish`, or dies, it records what is left and ends.
+    It follows the journal. When the experiment says `finish`, or dies, it records what is left and ends: nobody has to
+    wait for it, and no terminal has to stay open. It has a session of its own, and never more to do than the journal
+    holds.
 
     Args:
         run_dir: the run; its journal exists.
@@ -97,13 +157,12 @@ class RecorderProcess:
         self._paths.folder.mkdir(exist_ok=True)
         RecorderStatus(detail=self._detail).write(self._paths.status)
         with self._paths.log.open("ab") as log:
-            # a session of its own, so that Ctrl-C in the terminal does not reach it
             self._process = subprocess.Popen(
                 [sys.executable, "-m", "sceann_hil.recording", str(self._run_dir), "--record", self._detail.value],
                 stdin=subprocess.PIPE,
                 stdout=log,
                 stderr=log,
-                start_new_session=os.name != "nt",
+                **APART,
             )
         step_back(self._process.pid)
 
@@ -146,6 +205,8 @@ class RecorderProcess:
 
 def step_back(process: int) -> None:
     """Let a process run on what others leave over, from its first moment on, as far as the system knows how."""
-    with contextlib.suppress(OSError, AttributeError):
-        os.setpriority(os.PRIO_PROCESS, process, 19)
-        os.sched_setscheduler(process, os.SCHED_IDLE, os.sched_param(0))
+    with contextlib.suppress(OSError):
+        if sys.platform != "win32":
+            os.setpriority(os.PRIO_PROCESS, process, 19)
+        if sys.platform == "linux":
+            os.sched_setscheduler(process, os.SCHED_IDLE, os.sched_param(0))

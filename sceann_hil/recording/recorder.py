@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
-from sceann_hil.errors import RecordingIsDamaged
+from sceann_hil.errors import CannotWrite, RecordingIsDamaged
 from sceann_hil.journal import RunLock
 from sceann_hil.recording import blueprints, chunks, overview, rrd
 from sceann_hil.recording.paths import RecordingPaths
@@ -32,6 +32,16 @@ def _nobody(status: RecorderStatus) -> None:
     pass
 
 
+def _must_be_writable(run_dir: Path) -> None:
+    try:
+        str(run_dir).encode()
+    except UnicodeEncodeError:
+        raise CannotWrite(
+            f"{run_dir}: rerun writes no recordings into a folder whose name is not UTF-8.",
+            "Rename the folder, or call the command from within it (`sceann record .`).",
+        ) from None
+
+
 class Recorder:
     """Records one run.
 
@@ -44,6 +54,7 @@ class Recorder:
     Raises:
         NotARun, RunIsNewer, RunIsDamaged: see `RunSource`.
         RunIsLocked: another recorder is at work on this run.
+        CannotWrite: rerun cannot write to files of this name.
     """
 
     def __init__(
@@ -54,6 +65,7 @@ class Recorder:
         *,
         replace_damaged: bool = True,
     ) -> None:
+        _must_be_writable(run_dir)
         self._paths = RecordingPaths(run_dir)
         self._detail = detail
         self._report = report
@@ -115,7 +127,7 @@ class Recorder:
         with rrd.replacing(paths.scenery) as part:
             rrd.write_recording(part, chunks.shared_chunks(run), application_id=run.experiment, recording_id="scenery")
         with rrd.replacing(paths.overview_start) as part:
-            start = overview.overview_start(run, self._source.config, self._source.seed)
+            start = overview.overview_start(run, self._source.config, self._source.seed, self._source.empty_archive)
             rrd.write_recording(part, start, application_id=self._overview_application, recording_id=run.name)
         with rrd.replacing(paths.trial_blueprint) as part:
             blueprints.trial_blueprint(run).save(run.experiment, str(part))

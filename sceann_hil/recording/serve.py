@@ -28,6 +28,7 @@ from sceann_hil.guarded import guarded
 from sceann_hil.recording.headless import LOCAL, explain_failure
 from sceann_hil.recording.rrd import VIEWER, quiet_environment
 from sceann_hil.supervision.operators.web.access import Access, in_a_link, is_local, reachable_host
+from sceann_hil.supervision.operators.web.gate import serve_until_done
 from sceann_hil.supervision.operators.web.guard import Guarded, GuardedServer, Refusal
 
 POLICY = (
@@ -84,13 +85,15 @@ def serve(source: str, host: str, port: int, show: Callable[[str], object]) -> N
             serving = asyncio.create_task(server.keep_order())
             # rerun's own servers must not outlive this one, however it ends
             for ending in (signal.SIGINT, signal.SIGTERM):
-                asyncio.get_running_loop().add_signal_handler(ending, serving.cancel)
+                # Windows has no such handlers; Ctrl-C ends the loop there
+                with contextlib.suppress(NotImplementedError):
+                    asyncio.get_running_loop().add_signal_handler(ending, serving.cancel)
             with contextlib.suppress(asyncio.CancelledError):
                 await serving
             server.stop()
             await server.close_all_connections()
 
-        asyncio.run(work())
+        serve_until_done(work())
 
 
 class _PassedOn(Guarded):

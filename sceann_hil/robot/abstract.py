@@ -10,7 +10,7 @@ from typing import Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.robot.diagnosis import Finding, Verdict
+from sceann_hil.robot.diagnosis import Finding, Mover, Verdict
 from sceann_hil.robot.drawing import Drawing
 from sceann_hil.robot.durations import Durations
 from sceann_hil.robot.end_reasons import EndReason, RobotError
@@ -62,7 +62,7 @@ class Robot(ABC):
         """
 
     def trace(self, trials: Trials) -> Results:
-        """Like `run`, with a `Trace` of every trial; only a repeatable robot can be asked this about the past.
+        """Like `run`, with a `Trace` of every trial; only a deterministic robot can be asked this about the past.
 
         Raises:
             NotImplementedError: this robot delivers its traces with `run`, or not at all.
@@ -84,10 +84,10 @@ class Robot(ABC):
     def settle(self, trials: Trials) -> Results:
         """What became of trials whose start was journalled and whose outcome never was (the host died in between).
 
-        A repeatable robot simply runs them again. Any other must not make up a result: unless it remembers the
+        A deterministic robot simply runs them again. Any other must not make up a result: unless it remembers the
         trial, the attempt is void.
         """
-        if self.spec.repeatable:
+        if self.spec.deterministic:
             return self.run(trials)
         return Results.void(len(trials), EndReason.LINK_LOST, len(self.spec.state_fields))
 
@@ -147,11 +147,11 @@ class Robot(ABC):
     def observe(self, observer: TrialObserver | None) -> None:
         """Let somebody watch trials while they run. A robot that is faster than any eye tells nothing."""
 
-    def diagnose(self, *, may_move: bool) -> Iterator[Finding]:
+    def diagnose(self, mover: Mover | None = None) -> Iterator[Finding]:
         """Look at the robot, not connected before, and tell what is found; safe at any time.
 
         Args:
-            may_move: somebody has seen to it that the robot may move for a moment.
+            mover: lets the robot do each of its movements; None: it must not move.
         """
         try:
             self.connect()

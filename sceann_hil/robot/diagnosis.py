@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
@@ -29,3 +30,10 @@ class Finding:
     verdict: Verdict
     detail: str
     advice: str = ""
+
+
+Movement = Callable[[], Finding]
+"""Moves the robot for a moment, and tells what was seen. Motors are at their safe output when it returns."""
+
+Mover = Callable[[str, Movement], Finding]
+"""Lets a robot do a movement, which it is told the name of, under the rules that hold for trials; what was found."""

@@ -39,11 +39,19 @@ __all__ = ["Floats", "StepValue", "max_of", "mean_of", "min_of", "shown", "sqrt"
 Floats = NDArray[np.float64]
 
 
+_FEW = 24
+"""Loops to a constant with a way out are unrolled where the number of sensors is known, and then run in vectors."""
+
+
 @compiled_part
 def max_of(values: Floats) -> float:
     """The largest of some sensors or motors."""
     largest = values[0]
-    for i in range(1, values.shape[0]):
+    for i in range(1, _FEW):
+        if i >= values.shape[0]:
+            break
+        largest = max(largest, values[i])
+    for i in range(_FEW, values.shape[0]):
         largest = max(largest, values[i])
     return float(largest)
 
@@ -52,7 +60,11 @@ def max_of(values: Floats) -> float:
 def min_of(values: Floats) -> float:
     """The smallest of some sensors or motors."""
     smallest = values[0]
-    for i in range(1, values.shape[0]):
+    for i in range(1, _FEW):
+        if i >= values.shape[0]:
+            break
+        smallest = min(smallest, values[i])
+    for i in range(_FEW, values.shape[0]):
         smallest = min(smallest, values[i])
     return float(smallest)
 
@@ -61,9 +73,13 @@ def min_of(values: Floats) -> float:
 def sum_of(values: Floats) -> float:
     """The sum of some sensors or motors."""
     total = 0.0
-    for i in range(values.shape[0]):
+    for i in range(0, _FEW):
+        if i >= values.shape[0]:
+            break
         total += float(values[i])
-    return total
+    for i in range(_FEW, values.shape[0]):
+        total += float(values[i])
+    return float(total)
 
 
 @compiled_part

@@ -20,7 +20,7 @@ from enum import Enum, auto
 from pathlib import Path
 from typing import Self
 
-from sceann_hil.config import ExperimentConfig, dump_config, parse_config
+from sceann_hil.config import ExperimentConfig, dump_config, journalled_config
 from sceann_hil.errors import RunExists
 from sceann_hil.journal import (
     JOURNAL_NAME,
@@ -103,7 +103,7 @@ class Experiment:
         self.journal = journal
         self._lock = lock
         text = journal.reader.run().config
-        self.config: ExperimentConfig = parse_config(text, f"{directory}: journalled configuration")
+        self.config: ExperimentConfig = journalled_config(journal.reader)
         if not (directory / CONFIG_NAME).exists():
             (directory / CONFIG_NAME).write_text(text, encoding="utf-8")
 
@@ -137,6 +137,7 @@ class Experiment:
                 versions=running_versions(),
                 parent_run=str(ancestor.directory) if ancestor is not None else None,
                 first=first,
+                robot=config.robot.spec,
             )
             undo.callback(journal.close)
             experiment = cls(directory, lock, journal)
@@ -159,8 +160,8 @@ class Experiment:
         with ExitStack() as undo:
             lock = undo.enter_context(RunLock(directory))
             if from_generation is not None:
+                _forget_recording(directory / RECORDING_NAME)
                 return_to_generation(directory, from_generation)
-                shutil.rmtree(directory / RECORDING_NAME, ignore_errors=True)
             journal = Journal(directory)
             journal.accept_other_versions = accept_other_versions
             undo.callback(journal.close)
@@ -274,6 +275,17 @@ class Experiment:
         if row is None or champion is None:
             raise RuntimeError(f"generation {number} was finished and is not in the journal")
         return Progress(row, self.config.algorithm.generations, trials, champion)
+
+
+def _forget_recording(folder: Path) -> None:
+    """Remove what was drawn of the run.
+
+    Raises:
+        RunIsLocked: a recorder is still at work; it would draw what is about to be forgotten.
+    """
+    if folder.is_dir():
+        with RunLock(folder):
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 def _is_free(directory: Path) -> bool:

@@ -11,6 +11,10 @@ from sceann_hil.supervision.budget import Amounts
 PROMPT_S = 20.0
 """What a prompt is taken to cost a person before any is measured."""
 
+_RECORDED_BYTES, _RECORDED_BYTES_PER_STEP = 20_000, 180
+_RECORDED_S, _RECORDED_S_PER_STEP = 2.5e-3, 2e-6
+"""What a trial's recording takes, measured on the shipped tasks; more or less by half with the number of signals."""
+
 
 @dataclass(frozen=True, slots=True)
 class Plan:
@@ -28,6 +32,8 @@ class Plan:
         prompts: times that a person is asked something, before and after trials.
         longest_wall_s: robot time if every trial takes as long as it may, and `PROMPT_S` for every prompt.
         simulated: the robot's time is simulated too, so that nobody waits for it.
+        recording_bytes: what recordings of all trials take on the disk, if every trial takes as long as it may.
+        recording_s: what they take of one core, at low priority, beside and after the run.
         fits: whether that is within the budget; in words, empty if nothing is limited.
     """
 
@@ -42,6 +48,8 @@ class Plan:
     prompts: int
     longest_wall_s: float
     simulated: bool
+    recording_bytes: int
+    recording_s: float
     fits: str
 
     @classmethod
@@ -56,7 +64,7 @@ class Plan:
         longest_wall_s = trials * longest_trial_s + prompts * PROMPT_S
         return cls(
             genome_length=config.genome_length,
-            network=f"{size.n_sensors} sensors, {size.n_hidden} hidden, {size.n_motors} motors",
+            network=f"{_several(size.n_sensors, 'sensor')}, {size.n_hidden} hidden, {_several(size.n_motors, 'motor')}",
             population=config.algorithm.population,
             generations=generations,
             trials_per_individual=task.n_trials,
@@ -65,7 +73,9 @@ class Plan:
             longest_robot_s=trials * longest_trial_s,
             prompts=prompts,
             longest_wall_s=longest_wall_s,
-            simulated=spec.repeatable,
+            simulated=spec.deterministic,
+            recording_bytes=trials * (_RECORDED_BYTES + _RECORDED_BYTES_PER_STEP * task.max_steps),
+            recording_s=trials * (_RECORDED_S + _RECORDED_S_PER_STEP * task.max_steps),
             fits=_fits(config, Amounts(trials * longest_trial_s, longest_wall_s, float(trials))),
         )
 
@@ -77,6 +87,10 @@ class Plan:
     def as_dict(self) -> dict[str, Any]:
         """The same for JSON."""
         return asdict(self)
+
+
+def _several(number: int, what: str) -> str:
+    return f"{number} {what}{'s' if number != 1 else ''}"
 
 
 def _fits(config: ExperimentConfig, cost: Amounts) -> str:

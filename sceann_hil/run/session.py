@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, field, replace
 from sceann_hil.config import ExperimentConfig
 from sceann_hil.journal import Journal, JournalReader, SpentRow
 from sceann_hil.robot import Robot
+from sceann_hil.robot.task import Task
 from sceann_hil.run.trial_runner import TrialRunner
 from sceann_hil.supervision.budget import Amounts, Meter
 from sceann_hil.supervision.forecast import Forecast
@@ -34,7 +35,12 @@ class Presence:
 
 
 def begin_session(
-    journal: Journal, config: ExperimentConfig, robot: Robot, forecast: Forecast, presence: Presence
+    journal: Journal,
+    config: ExperimentConfig,
+    robot: Robot,
+    forecast: Forecast,
+    presence: Presence,
+    task: Task | None = None,
 ) -> TrialRunner:
     """Begin to work; nothing has moved yet when this returns.
 
@@ -44,11 +50,12 @@ def begin_session(
         robot: connected.
         forecast: when the work will end.
         presence: who is there.
+        task: what is done, if it is not the configuration's task.
 
     Raises:
         ConfigError: a suspender would never see its value.
     """
-    task, spec = config.build_task(), robot.spec
+    task, spec = task or config.build_task(), robot.spec
     desk = presence.desk or Desk(asks=False, stop=presence.stop)
     suspension = Suspension(config.suspenders.build(), robot, desk, journal.reader.directory)
     suspension.check()

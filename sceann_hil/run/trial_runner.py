@@ -17,7 +17,6 @@ What is to be run is a `TrialSet`; what the journal already holds of it is never
 from __future__ import annotations
 
 import zlib
-from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -55,7 +54,7 @@ class TrialSet:
         measurement: the journal's number of the measurement that they belong to.
         heading: of a place outside evolution: what people read.
         remark: what people should know of all of them.
-        told: called with places, their results and fitness, whenever trials counted.
+        on_counted: called with places, their results and fitness, whenever trials counted.
         fitness: NaN where none counts yet.
         succeeded: it reached what the task asks for.
         attempts: that came to nothing, so the number of the next one.
@@ -73,7 +72,7 @@ class TrialSet:
     measurement: int | None = None
     heading: Callable[[int], str] = lambda _: ""
     remark: str = ""
-    told: Callable[[Places, Results, NDArray[np.float64]], object] = lambda *_: None
+    on_counted: Callable[[Places, Results, NDArray[np.float64]], object] = lambda *_: None
     fitness: NDArray[np.float64] = field(init=False)
     succeeded: NDArray[np.bool_] = field(init=False)
     attempts: NDArray[np.int64] = field(init=False)
@@ -127,6 +126,7 @@ class TrialRunner:
         journal: where intents and results go.
         companion: who has a say between trials.
         before: called before every batch; it may run trials of another set itself.
+        perform: what an attempt is, if it is not `run` of the robot but another movement.
     """
 
     def __init__(
@@ -138,6 +138,7 @@ class TrialRunner:
         self.journal = journal
         self.companion: Companion = companion or Alone()
         self.before: Callable[[], object] = lambda: None
+        self.perform: Callable[[Trials], Results] | None = None
         run = journal.reader.run()
         self._run_id = zlib.crc32(f"{run.created_at} {run.root_seed} {run.name}".encode())
 
@@ -176,20 +177,15 @@ class TrialRunner:
             TrialVoid: a trial was void more often than `RETRY_LIMIT` allows.
             RobotError: the robot's.
         """
-        queue = deque(trials.open(places).tolist())
-        while queue:
+        queue = trials.open(places)
+        while len(queue):
             self.before()
             size = self.companion.room(min(self.robot.spec.batch_size or len(queue), len(queue)))
-            batch = np.array([queue.popleft() for _ in range(size)], np.int64)
+            batch, queue = queue[:size], queue[size:]
             attended = self._attempt(trials, batch)
-            if attended is None:
-                queue.extend(batch.tolist())
-                continue
-            void = trials.open(batch).tolist()
-            if attended.at_once:
-                queue.extendleft(reversed(void))
-            else:
-                queue.extend(void)
+            again = batch if attended is None else trials.open(batch)
+            at_once = attended is not None and attended.at_once
+            queue = np.concatenate((again, queue) if at_once else (queue, again))
 
     def run_one(self, trials: TrialSet, place: int) -> bool:
         """Run one trial until it counts; False if a person wants it later. Raises like `run`."""
@@ -219,7 +215,9 @@ class TrialRunner:
             None if in_evolution else [trials.names[g] for g in trials.genome[places].tolist()],
             trials.measurement,
         )
-        attended = self.companion.attend(upcoming, replace(planned, ids=ids), _completed(self.robot.run), self.task)
+        attended = self.companion.attend(
+            upcoming, replace(planned, ids=ids), _completed(self.perform or self.robot.run), self.task
+        )
         trials.attempts[places] += 1
         self._count(trials, places, ids, attended)
         return attended
@@ -262,7 +260,9 @@ class TrialRunner:
         trials.succeeded[counted] = self.task.succeeded(results)[counts]
         trials.failures[places[~counts & (results.end_reasons != EndReason.OPERATOR)]] += 1
         if len(counted):
-            trials.told(counted, results if len(counted) == len(places) else _some(results, counts), fitness[counts])
+            trials.on_counted(
+                counted, results if len(counted) == len(places) else _some(results, counts), fitness[counts]
+            )
         if attended.then is not None:
             raise attended.then
         if EndReason.EMERGENCY_STOP in results.end_reasons:

@@ -3,7 +3,7 @@
 Success rates: Wilson's interval (1927) and Newcombe's hybrid interval for differences (1998, method 10). Means: linear
 contrasts with Welch's standard error and Satterthwaite's degrees of freedom.
 
-SciPy is imported where it is used: looking at a run needs none of it.
+SciPy is imported where it is used: looking at a run, and a transfer's conclusion, need none of it.
 """
 
 from __future__ import annotations
@@ -66,6 +66,36 @@ def fisher(one: tuple[int, int], other: tuple[int, int]) -> float:
 def mean_interval(values: NDArray[np.float64], level: float = LEVEL) -> Interval:
     """A mean and Student's interval."""
     return contrast({0: values}, {0: 1.0}, level)
+
+
+def student_quantile(probability: float, freedom: int) -> float:
+    """Quantile of Student's t for whole degrees of freedom, without SciPy: a robot's host has none.
+
+    Abramowitz and Stegun (1964), Eq. 26.7.3 and 26.7.4, turned round by bisection.
+
+    Args:
+        probability: 0.5 to below 1.
+        freedom: degrees of freedom, 1 or more.
+    """
+    if not (0.5 <= probability < 1.0 and freedom >= 1):
+        raise ValueError(f"expected a probability in [0.5, 1) and freedom >= 1, got {probability} and {freedom}")
+    low, high = 0.0, np.pi / 2.0
+    for _ in range(100):
+        angle = 0.5 * (low + high)
+        low, high = (angle, high) if _within(angle, freedom) < 2.0 * probability - 1.0 else (low, angle)
+    return float(np.sqrt(freedom) * np.tan(0.5 * (low + high)))
+
+
+def _within(angle: float, freedom: int) -> float:
+    """Probability that |t| is below sqrt(freedom) tan(angle)."""
+    sine, cosine = np.sin(angle), np.cos(angle)
+    odd = freedom % 2
+    term = cosine if odd else 1.0
+    total = 0.0
+    for k in range(odd, freedom - 1, 2):
+        total += term
+        term *= cosine**2 * (k + 1) / (k + 2)
+    return float(2.0 / np.pi * (angle + sine * total) if odd else sine * total)
 
 
 def contrast(samples: Mapping[_K, NDArray[np.float64]], weights: Mapping[_K, float], level: float = LEVEL) -> Interval:

@@ -11,6 +11,8 @@ import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from sceann_hil.versions import maker
+
 BLUE, ORANGE, GREEN, RED, VIOLET = "#2166ac", "#e08214", "#1b7837", "#b2182b", "#762a83"
 DARK, GREY, LIGHT = "#222222", "#8c8c8c", "#e6e6e6"
 SERIES = ("#3b0f70", "#2166ac", "#1b9e77", "#e08214", "#b2182b")
@@ -59,8 +61,8 @@ def save(figure: Figure, path: Path) -> None:
     """Write ``path.svg`` and ``path.png``; equal figures give equal bytes."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with matplotlib.rc_context(_RC):
-        figure.savefig(path.with_suffix(".svg"), metadata={"Date": None, "Creator": None})
-        figure.savefig(path.with_suffix(".png"), dpi=160, metadata={"Software": None})
+        figure.savefig(path.with_suffix(".svg"), metadata={"Date": None, "Creator": maker()})
+        figure.savefig(path.with_suffix(".png"), dpi=160, metadata={"Software": maker()})
 
 
 def plain(axes: Axes) -> None:

@@ -6,6 +6,7 @@ A budget is checked before a trial and never cuts one. Down-time between two ses
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Annotated, Self
 
@@ -105,23 +106,26 @@ class Meter:
         self._drops: deque[float] = deque(maxlen=_RECENT)
         self._battery: float | None = None
 
-    def add(self, robot_s: float, besides_s: float, battery_fraction: float | None, *, counted: bool = False) -> None:
-        """One attempt has ended.
+    def add(
+        self, robot_s: Sequence[float], besides_s: float, battery_fraction: float | None, *, counted: bool = False
+    ) -> None:
+        """Some attempts have ended, all in one call of the robot: in simulation thousands.
 
         Args:
-            robot_s: robot time of it.
-            besides_s: time that it took besides: operator, upload, bookkeeping.
-            battery_fraction: what the robot measures after it.
-            counted: it is counted as a trial already.
+            robot_s: robot time of each.
+            besides_s: time that each took besides: operator, upload, bookkeeping.
+            battery_fraction: what the robot measures after them.
+            counted: they are counted as trials already.
         """
+        n = len(robot_s)
         drop = 0.0
         if battery_fraction is not None:
             drop = max(0.0, self._battery - battery_fraction) if self._battery is not None else 0.0
-            self._drops.append(drop)
+            self._drops.extend((drop, *[0.0] * (min(n, _RECENT) - 1)))
             self._battery = battery_fraction
-        self._robot_s.append(robot_s)
-        self._besides_s.append(besides_s)
-        self.spent += Amounts(robot_s, 0.0, 0.0 if counted else 1.0, drop)
+        self._robot_s.extend(robot_s[-_RECENT:])
+        self._besides_s.extend([besides_s] * min(n, _RECENT))
+        self.spent += Amounts(sum(robot_s), 0.0, 0.0 if counted else float(n), drop)
 
     def wait(self, wall_s: float) -> None:
         """Time has gone by."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import astuple, dataclass
 
 from sceann_hil.supervision.budget import Amounts
@@ -89,15 +89,16 @@ class Forecast:
         """A generation begins, of which `todo` trials are still to be run."""
         self._generation, self._todo = generation, todo
 
-    def add(self, robot_s: float, besides_s: float) -> None:
-        """One attempt of this generation has ended."""
+    def add(self, robot_s: Sequence[float], besides_s: float) -> None:
+        """Some attempts of this generation have ended; `besides_s` is of each."""
+        n = len(robot_s)
         if not self._recent or self._recent[-1][0] != self._generation:
             self._append(self._generation, Cost())
         cost = self._recent[-1][1]
-        cost.attempts += 1
-        cost.robot_s += robot_s
-        cost.besides_s += besides_s
-        self._todo = max(0, self._todo - 1)
+        cost.attempts += n
+        cost.robot_s += sum(robot_s)
+        cost.besides_s += n * besides_s
+        self._todo = max(0, self._todo - n)
 
     def _append(self, number: int, cost: Cost) -> None:
         if self._recent:

@@ -16,6 +16,8 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
+import socket
+import sys
 import threading
 import time
 from collections import Counter
@@ -69,10 +71,11 @@ class Signals:
         if threading.current_thread() is not threading.main_thread():
             yield
             return
-        reading, writing = os.pipe()
-        os.set_blocking(writing, False)
+        # sockets, because Windows cannot write to a pipe without waiting
+        reading, writing = socket.socketpair()
+        writing.setblocking(False)
         before = {number: signal.signal(number, self._at_last) for number in _HANDLED}
-        waking = signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
+        waking = signal.set_wakeup_fd(writing.fileno(), warn_on_full_buffer=False)
         reader = threading.Thread(target=self._read, args=(reading,), name="signals", daemon=True)
         reader.start()
         try:
@@ -81,11 +84,11 @@ class Signals:
             signal.set_wakeup_fd(waking)
             for number, handler in before.items():
                 signal.signal(number, handler)
-            os.close(writing)
+            writing.close()
             reader.join()
-            os.close(reading)
+            reading.close()
 
-    def beside(self, robot: Robot, desk: Desk) -> None:
+    def guard(self, robot: Robot, desk: Desk) -> None:
         """From now on there is a robot that must stop first."""
         self._robot, self._desk = robot, desk
 
@@ -97,8 +100,8 @@ class Signals:
         if number in _ENDING and self._came[number] > 2:
             raise SystemExit(128 + number)
 
-    def _read(self, descriptor: int) -> None:
-        while numbers := os.read(descriptor, 64):
+    def _read(self, reading: socket.socket) -> None:
+        while numbers := reading.recv(64):
             for number in numbers:
                 self._obey(number)
 
@@ -144,6 +147,7 @@ class Signals:
             while self._desk.view().phase is Phase.RUNNING and time.monotonic() < deadline:
                 time.sleep(0.02)
             self._robot.make_safe("Ctrl-Z")
-        os.kill(os.getpid(), signal.SIGSTOP)
+        if sys.platform != "win32":
+            os.kill(os.getpid(), signal.SIGSTOP)
         if self._desk is not None:
             self._desk.hold(False)

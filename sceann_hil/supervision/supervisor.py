@@ -133,6 +133,8 @@ class Supervisor:
         refusal = self._refusal(upcoming)
         if refusal:
             raise Stopped(StopReason.BUDGET, refusal)
+        if not upcoming.besides:
+            self._status = replace(self._status, remark=upcoming.remark)
         self._publish()
 
     def ready(self, upcoming: Upcoming) -> bool:
@@ -210,7 +212,7 @@ class Supervisor:
             individual=individual,
             trial=trial,
             attempt=attempt,
-            instruction=" ".join(filter(None, (task.instruction(trial), upcoming.remark))),
+            instruction=task.instruction(trial),
             start=tuple(zip(task.start_fields, task.starts[trial].tolist(), strict=True)),
             goal_by_operator=task.goal_by_operator,
             score_by_operator=task.score_by_operator,
@@ -235,12 +237,10 @@ class Supervisor:
     def _account(self, upcoming: Upcoming, results: Results, health: Health) -> None:
         robot_s = results.durations_s.tolist()
         besides_s = max(0.0, self._pass_time() - sum(robot_s)) if self._robot.spec.batch_size else 0.0
-        for duration_s in robot_s:
-            besides_each_s = besides_s / len(robot_s)
-            self._meter.add(duration_s, besides_each_s, health.battery_fraction, counted=upcoming.settling)
-            if not upcoming.besides:
-                self._forecast.add(duration_s, besides_each_s)
+        besides_each_s = besides_s / len(robot_s)
+        self._meter.add(robot_s, besides_each_s, health.battery_fraction, counted=upcoming.settling)
         if not upcoming.besides:
+            self._forecast.add(robot_s, besides_each_s)
             self._status = replace(self._status, done=self._status.done + int(results.counts.sum()))
 
     def _stand(self, upcoming: Upcoming, results: Results, task: Task) -> None:

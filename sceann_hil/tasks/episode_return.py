@@ -21,15 +21,17 @@ class EpisodeReturn(Task):
         max_steps: a trial ends after this many steps.
         seeds: one trial for each; the episode begins with it.
         success: a trial that is worth at least this counts as a success; none does if it is None.
+        worst, best: bounds of a trial's sum, if there are any.
     """
 
     name = "episode_return"
     start_fields = ("seed",)
-    best_fitness = inf
-    worst_fitness = -inf
 
-    def __init__(self, max_steps: int, seeds: tuple[int, ...], success: float | None) -> None:
+    def __init__(
+        self, max_steps: int, seeds: tuple[int, ...], success: float | None, worst: float = -inf, best: float = inf
+    ) -> None:
         self.max_steps = max_steps
+        self.worst_fitness, self.best_fitness = worst, best
         self._seeds = np.array(seeds, np.float64)[:, None]
         self._success = success
 
@@ -66,6 +68,16 @@ class EpisodeReturnConfig(TaskConfig):
     """One trial for each: the episode begins with it."""
     success: float | None = None
     """A trial that is worth at least this counts as a success."""
+    worst: float | None = None
+    """The least that a trial can be worth; `sceann transfer` needs it."""
+    best: float | None = None
+    """The most that a trial can be worth; `sceann transfer` needs it."""
 
     def build(self) -> EpisodeReturn:
-        return EpisodeReturn(self.max_steps, self.seeds, self.success)
+        return EpisodeReturn(
+            self.max_steps,
+            self.seeds,
+            self.success,
+            -inf if self.worst is None else self.worst,
+            inf if self.best is None else self.best,
+        )

@@ -49,6 +49,40 @@ def test_sensors_are_the_scaled_state(n_sensors: int, make_trials: MakeTrials) -
         assert (expected != trace.sensors).sum() <= max(2, 0.01 * expected.size)
 
 
+def test_masses_lengths_and_friction_are_those_of_the_equations(make_trials: MakeTrials) -> None:
+    cart, pole, half, force_n, cart_friction, pole_friction = 3.0, 0.7, 0.3, 25.0, 0.8, 0.05
+    robot = CartPole(
+        CartPoleConfig(
+            cart_kg=cart,
+            pole_kg=pole,
+            pole_half_length_m=half,
+            largest_force_n=force_n,
+            track_m=1.5,
+            largest_angle_deg=20.0,
+            cart_friction_n_s_m=cart_friction,
+            pole_friction_n_m_s=pole_friction,
+        )
+    )
+    results = robot.trace(make_trials(robot, 60, start=(0.3, -0.5, 0.1, 0.4), max_steps=300, n_hidden=3))
+    assert results.traces is not None
+    assert set(results.end_reasons.tolist()) <= {EndReason.FELL, EndReason.OUT_OF_BOUNDS}
+    mass = cart + pole
+    for trace in results.traces:
+        state = trace.state[:-1].astype(np.float64)
+        _, v, angle, rate = state.T
+        s, c = np.sin(angle), np.cos(angle)
+        force = force_n * (2.0 * trace.x[:, -1] / 1024.0 - 1.0) - cart_friction * v
+        # Barto, Sutton and Anderson (1983) with friction, the cart's by its speed
+        push = 9.8 * s - c * (force + pole * half * rate**2 * s) / mass - pole_friction * rate / (pole * half)
+        rate_dot = push / (half * (4 / 3 - pole * c**2 / mass))
+        v_dot = (force + pole * half * (rate**2 * s - rate_dot * c)) / mass
+        expected = state + 0.02 * np.stack([v, v_dot, rate, rate_dot], axis=1)
+        assert np.abs(expected - trace.state[1:]).max() < 2e-5
+        out = np.abs(trace.state[:, [0, 2]]) > np.float32((1.5, np.deg2rad(20.0)))
+        assert out[-1].any()
+        assert not out[:-1].any()
+
+
 def test_a_trial_ends_as_soon_as_the_pole_or_the_cart_is_out(make_trials: MakeTrials) -> None:
     robot = CartPole()
     starts = np.array([[0, 0, 0.0175, 0], [2.39, 3.0, 0, 0], [0, 0, 0.62, 2.0]]).repeat(40, axis=0)

@@ -16,6 +16,7 @@ import pytest
 
 from sceann_hil.errors import ExitCode
 from sceann_hil.run.experiment import Experiment
+from sceann_hil.versions import VERSIONS_NAME
 from tests.runs import GOAL, config_of, contents, evolve
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -80,6 +81,8 @@ def test_tables_are_written_once(run: Path, tmp_path: Path) -> None:
     done = sceann("export-csv", run, "--out", tmp_path / "tables")
     assert done.returncode == 0
     assert len((tmp_path / "tables" / "trials.csv").read_text().splitlines()) == 73
+    versions = json.loads((tmp_path / "tables" / VERSIONS_NAME).read_text())
+    assert versions["computed_with"] == [versions["written_by"]]
     assert sceann("export-csv", run, "--out", tmp_path / "tables").returncode == ExitCode.RUN_EXISTS
 
 

@@ -73,6 +73,9 @@ def test_a_dry_run_says_what_would_be_done(run: Path) -> None:
     done = sceann("flash", run, "--board", "uno", "--dry-run", "--port", "/dev/ttyACM0")
     assert done.returncode == 0, done.stderr
     assert "avrdude -c arduino -p m328p -P /dev/ttyACM0 -b 115200 -D -U flash:w:" in done.stdout
+    slow = sceann("flash", run, "--board", "uno", "--dry-run", "--upload-baud", "57600", "--autorun", "50")
+    assert " -b 57600 -D" in slow.stdout
+    assert "run without a host every 50 ms" in slow.stdout
 
 
 def test_a_genome_goes_into_a_running_robot(run: Path, tmp_path: Path) -> None:
@@ -84,6 +87,41 @@ def test_a_genome_goes_into_a_running_robot(run: Path, tmp_path: Path) -> None:
         again = sceann("verify", run, "--board", "posix", "--port", board.port or "", "--sequences", "20", "--json")
     answer = json.loads(again.stdout)
     assert (answer["equal"], answer["recorded_sequences"]) == (True, 3)
+
+
+def test_a_new_board_is_proved_and_loaded_without_naming_it(run: Path, tmp_path: Path) -> None:
+    """What firmware/README.md tells whoever writes a port: no --board is needed."""
+    with PosixBoard(
+        n_sensors=3, n_motors=2, terminal=True, store=tmp_path / "store", name="brand new", node=7
+    ) as board:
+        at = ("--port", board.port or "", "--node", "7")
+        loaded = sceann("flash", run, "--genome-only", *at, "--autorun", "50")
+        assert loaded.returncode == 0, loaded.stderr
+        assert "brand new" in loaded.stdout
+        assert "run 3 s after it is switched on" in loaded.stdout
+        by_button = sceann("flash", run, "--genome-only", *at, "--autorun", "50", "--on-button")
+        assert "run when its start button is pressed" in by_button.stdout
+        proved = sceann("verify", run, *at, "--sequences", "5")
+        assert proved.returncode == 0, proved.stderr
+        assert "every state is equal" in proved.stdout
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--autorun", "50"), "5 sensors and 2 motors"),
+        (("--autorun", "0.01"), "--autorun: expected"),
+    ],
+)
+def test_a_robot_that_cannot_run_it_alone_is_told_before_anything_is_sent(
+    run: Path, tmp_path: Path, options: tuple[str, ...], words: str
+) -> None:
+    n_sensors = 5 if "5 sensors" in words else 3
+    with PosixBoard(n_sensors=n_sensors, n_motors=2, terminal=True, store=tmp_path / "store") as board:
+        done = sceann("flash", run, "--genome-only", "--port", board.port or "", *options)
+    assert done.returncode == ExitCode.FLASH
+    assert words in done.stderr
+    assert not (tmp_path / "store").exists() or b"\x51" not in (tmp_path / "store").read_bytes()[:300]
 
 
 def test_verify_on_an_emulated_uno(run: Path) -> None:

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+from datetime import UTC, datetime, tzinfo
 from pathlib import Path
 
 import pytest
 
+from sceann_hil.commands.evolve import new_run
 from sceann_hil.errors import CannotWrite, ExitCode
 from sceann_hil.pasting import pasteable
 from sceann_hil.places import make_folder
 from sceann_hil.timespans import duration_text
+from tests.commands.many_commands import Call, call_all
+from tests.runs import POLE, config_of
 
 QUICK = Path(__file__).parents[2] / "configs" / "quickstart.yaml"
 
@@ -57,3 +62,40 @@ def test_a_folder_that_cannot_be_made_ends_a_command_with_its_code(tmp_path: Pat
     told = sceann("evolve", QUICK, "--out", "/proc/nowhere/run", cwd=tmp_path)
     assert told.returncode == ExitCode.CANNOT_WRITE
     assert "Traceback" not in told.stderr
+
+
+def test_whoever_starts_in_the_same_second_gets_another_name(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    class Stopped(datetime):
+        @classmethod
+        def now(cls, _tz: tzinfo | None = None) -> Stopped:
+            return cls(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
+
+    monkeypatch.setattr("sceann_hil.commands.evolve.datetime", Stopped)
+    monkeypatch.chdir(tmp_path)
+    names = []
+    for _ in range(3):
+        with new_run(config_of(POLE), None, "pole") as experiment:
+            names.append(experiment.directory.name[len("pole-20260102-") :])
+            with new_run(config_of(POLE), None, "pole") as beside:
+                names.append(beside.directory.name[len("pole-20260102-") :])
+    assert [name[6:] for name in names] == ["", "-2", "-3", "-4", "-5", "-6"]
+
+
+def test_names_that_are_no_utf_8_are_names(tmp_path: Path) -> None:
+    ours = tmp_path / os.fsdecode(b"caf\xe9")
+    ours.mkdir()
+    small = ["--set", "algorithm.generations=1", "--record", "none"]
+    first, second, header = (str(ours / os.fsdecode(name)) for name in (b"r\xe9", b"s\xe9", b"h\xe9.h"))
+    lines = [
+        ["evolve", str(QUICK), "--out", first, *small],
+        ["evolve", str(QUICK), "--from", first, "--out", second, *small],
+        ["status", second],
+        ["export", second, "-o", header],
+        ["record", first],
+        ["view", first, "--picture", str(ours / "p.png")],
+    ]
+    calls = [*(Call(words, str(ours)) for words in lines), Call(["record", "."], first)]
+    ended = [(end.code, end.errors) for end in call_all(calls, os.environ, at_once=1)]
+    refused = ExitCode.CANNOT_WRITE
+    assert [code for code, _ in ended] == [0, 0, 0, 0, refused, refused, 0], ended
+    assert all("not UTF-8" in errors for code, errors in ended if code == refused)

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from sceann_hil.errors import ExitCode
+from sceann_hil.versions import VERSIONS_NAME
 
 SMALL = """\
 name: small
@@ -42,7 +43,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_progress_is_told_per_condition_with_an_eta(folder: Path) -> None:
     told = sceann("study", "small.yaml", "--workers", 1, "--out", "again", cwd=folder).stderr
     assert "2 conditions, 0 of them done; 12 runs to do" in told
-    assert "[1/2] n_sensors=2: 6 runs, mean best fitness" in told
+    assert "[1/2] n_sensors=2: best " in told
     assert "; ETA " in told
 
 
@@ -169,7 +170,10 @@ def test_ctrl_c_stops_with_its_own_exit_code_and_the_study_goes_on(folder: Path)
 def test_a_study_is_exported_as_tables(folder: Path) -> None:
     done = sceann("export-csv", "studies/small", "--out", "tables", cwd=folder)
     assert done.returncode == 0, done.stderr
-    assert [Path(line).name for line in done.stdout.split()] == ["conditions.csv", "runs.csv", "best.csv"]
+    assert [Path(line).name for line in done.stdout.split()] == [
+        *("conditions.csv", "runs.csv", "best.csv"),
+        VERSIONS_NAME,
+    ]
     large = sceann("export-csv", "studies/small", "--out", "tables", "--format", "parquet", cwd=folder)
     assert large.returncode == 0, large.stderr
     assert (folder / "tables" / "runs.parquet").stat().st_size > 500

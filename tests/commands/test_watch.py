@@ -17,7 +17,7 @@ from sceann_hil.errors import ExitCode, ViewerUnavailable
 from sceann_hil.journal import JournalReader
 from sceann_hil.recording.source import RunSource
 from sceann_hil.run.experiment import Progress
-from sceann_hil.supervision.operators.keys import Hit
+from sceann_hil.supervision.operators.hits import Hit
 from sceann_hil.supervision.stopping import StopRequest, nobody
 from tests.runs import GOAL, POLE, evolve
 from tests.terminal import terminal

@@ -198,6 +198,7 @@ reference:
 uncertainty:
   robots: 200
   body: null
+  task: null
   keys: {}
 """
 

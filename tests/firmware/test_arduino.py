@@ -36,12 +36,19 @@ BOOT_PC = 0x7E00
 SKETCH = FIRMWARE / "examples" / "Walker" / "Walker.ino"
 
 
-def arduino_build(sketch: Path, folder: Path) -> Path:
+def arduino_build(sketch: Path, folder: Path, board: str = "UNO", variant: str = "standard") -> Path:
     """Compiles a sketch as the Arduino IDE does: core, this library, the sketch."""
-    flags = ["-mmcu=atmega328p", "-DF_CPU=16000000L", "-DARDUINO=10819", "-DARDUINO_AVR_UNO", "-DARDUINO_ARCH_AVR"]
+    flags = ["-mmcu=atmega328p", "-DF_CPU=16000000L", "-DARDUINO=10819", f"-DARDUINO_AVR_{board}", "-DARDUINO_ARCH_AVR"]
     flags += ["-Os", "-w", "-ffunction-sections", "-fdata-sections", "-DDECIMAL_DIG=__DECIMAL_DIG__"]
     core = ARDUINO / "cores" / "arduino"
-    folders = (core, ARDUINO / "variants" / "standard", ARDUINO / "libraries" / "EEPROM" / "src", FIRMWARE / "src")
+    standard = ARDUINO / "variants" / "standard"
+    folders = (
+        core,
+        ARDUINO / "variants" / variant,
+        standard,
+        ARDUINO / "libraries" / "EEPROM" / "src",
+        FIRMWARE / "src",
+    )
     includes = [f"-I{path}" for path in (*folders, sketch.parent)]
     gcc, gxx = find_tool("avr-gcc", AVR.package), find_tool("avr-g++", AVR.package)
     objects = []
@@ -150,6 +157,12 @@ class TestTheRobotAsASketch:
             while link.receive(0.3) and link.state is not State.ESTOP:
                 pass
             assert link.state is State.ESTOP
+            link.close()
+
+    def test_it_is_a_nano_too(self, tmp_path: Path) -> None:
+        with switched_on(arduino_build(ROBOT, tmp_path, "NANO", "eightanaloginputs")) as chip:
+            link = RobotLink(LineBus(chip))
+            assert link.hello(3.0).name == "nano"
             link.close()
 
     def test_it_fits_an_uno(self, robot_elf: Path) -> None:

@@ -14,7 +14,7 @@ from sceann_hil.firmware.emulated.simavr import HZ, POWER_ON, UnoBoard
 from sceann_hil.firmware.flash import opened
 from sceann_hil.link.numbers import BATTERY_LOW_S
 from sceann_hil.link.session import Refused as LinkRefused
-from sceann_hil.link.vocabulary import Mode, Op, State, Status, StoreAction
+from sceann_hil.link.vocabulary import Mode, Op, State, Status
 from tests.firmware.rig import REASON, STATE, an_image
 from tests.firmware.test_uno import BAUD, IMAGE, SENSORS, loaded, messages
 from tests.link.oracle import Refused, RobotClient
@@ -169,70 +169,6 @@ class TestBattery:
         board.set_supply(3400)
         board.set_millivolts(5, 4500 // 3)
         assert messages(client, "End")[-1].signals["Reason"] == REASON["BATTERY"]
-
-
-class TestUnplugged:
-    def test_a_network_of_another_body_is_not_run(self) -> None:
-        """Regression: a board that was flashed with other sensors keeps its EEPROM."""
-        with UnoBoard((*BAUD, "-DSCEANN_UNO_SENSORS=3u")) as board:
-            client = loaded(board, an_image(n_sensors=3))
-            client.store(autorun_tick_s=0.02)
-            eeprom = board.eeprom
-        with UnoBoard(BAUD, eeprom=eeprom) as board:
-            board.set_sensors(SENSORS)
-            client = RobotClient(board)
-            seen = [m for m in client.receive(5.0) if m.name == "Event"]
-            assert any(m.signals["Code"] == 9 for m in seen)
-            assert board.motors == (0, 0)
-            assert state(client) == STATE["LOADED"]
-
-    def test_the_start_button_starts_and_ends_a_champion_and_the_light_tells(self, board: UnoBoard) -> None:
-        client = loaded(board)
-        client.store(0.02, StoreAction.BUTTON)
-        board.reset()
-        board.run(8 * HZ)
-        assert board.motors == (0, 0)
-        board.set_start_button(True)
-        board.run(HZ // 5)
-        assert board.motors != (0, 0)
-        assert board.light
-        board.set_start_button(False)
-        board.run(2 * HZ)
-        assert board.motors != (0, 0)
-        board.set_start_button(True)
-        board.run(HZ // 5)
-        assert board.motors == (0, 0)
-
-    def test_a_button_that_is_held_does_not_start_a_robot_that_has_a_host(self, board: UnoBoard) -> None:
-        client = loaded(board)
-        client.store(0.02, StoreAction.BUTTON)
-        client.heartbeat()
-        board.set_start_button(True)
-        board.run(HZ // 5)
-        assert board.motors == (0, 0)
-
-
-class TestNode:
-    def test_a_number_is_kept_without_power(self) -> None:
-        with UnoBoard(BAUD) as board:
-            client = RobotClient(board)
-            client.hello()
-            client.request(Op.NODE, NewNode=42)
-            again = RobotClient(board, node=42)
-            again.session = client.session
-            again.hello()
-            eeprom = board.eeprom
-        with UnoBoard(BAUD, eeprom=eeprom) as board:
-            assert RobotClient(board, node=42).hello().node == 42
-
-    @pytest.mark.parametrize("number", [0, 128, 255])
-    def test_no_such_number(self, number: int) -> None:
-        with UnoBoard(BAUD) as board:
-            client = RobotClient(board)
-            client.hello()
-            with pytest.raises(Refused) as refused:
-                client.request(Op.NODE, NewNode=number)
-            assert refused.value.status is Status.BAD_ARGUMENT
 
 
 def test_byte_0_of_the_eeprom_is_never_written() -> None:

@@ -97,6 +97,11 @@ def test_the_blocker_blocks(core: dict[str, str]) -> None:
         ("resume", "{run}", "--record", "none"),
         ("plan", "{configs}/goal_reach.yaml"),
         ("rehearse", "{configs}/quickstart.yaml", "--set", "algorithm.generations=1"),
+        (
+            *("transfer", "{configs}/quickstart.yaml", "--out", "{run}/../transfer", "--record", "none"),
+            *("--from", "{run}", "--trials", "2", "--rounds", "1", "--set", "uncertainty.robots=20"),
+            *("--set", "algorithm.candidates=10"),
+        ),
         ("list",),
         ("schema",),
         ("flash", "--help"),

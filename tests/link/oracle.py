@@ -136,6 +136,13 @@ class RobotClient:
             self.frames_received += len(frames)
             self._frames += frames
 
+    def at_hand(self) -> list[Message]:
+        """Messages that have come already."""
+        self._frames += self._deframer.feed(self._line.read(0.0))
+        decoded = [self._decode(*frame) for frame in self._frames]
+        self._frames.clear()
+        return [message for message in decoded if message is not None]
+
     def _decode(self, identifier: int, data: bytes) -> Message | None:
         if identifier & 0x7F != self.node:
             return None

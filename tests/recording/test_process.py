@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import signal
@@ -11,9 +12,18 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+from typer.testing import CliRunner
+
 import sceann_hil
-from sceann_hil.recording import Detail, RecorderProcess, RecordingPaths, State
-from tests.runs import falsify
+from sceann_hil.cli import app
+from sceann_hil.errors import RunIsLocked
+from sceann_hil.journal import JournalReader, RunLock
+from sceann_hil.recording import Detail, RecorderProcess, RecorderStatus, RecordingPaths, State, view
+from sceann_hil.recording.process import status_now, wait_for_recorder
+from sceann_hil.run.experiment import Experiment
+from tests.runs import POLE, falsify
+from tests.terminal import terminal
 
 
 def wait_for(condition: Callable[[], bool], timeout_s: float = 60.0) -> None:
@@ -80,6 +90,81 @@ def test_a_recorder_ends_after_its_parent_was_killed(run: Path) -> None:
     observer = RecordingPaths(run)
     wait_for(lambda: observer.status.exists() and '"finished"' in observer.status.read_text())
     assert observer.recorded_generations() == [0, 1, 2]
+
+
+def test_a_recorder_of_the_next_session_waits_for_the_one_before(run: Path) -> None:
+    """Regression: with a recorder left in the background, `resume` had one that gave up at once."""
+    recorders = [RecorderProcess(run, Detail.ALL) for _ in range(2)]
+    for recorder in recorders:
+        recorder.start()
+    for recorder in recorders:
+        recorder.finish(timeout_s=0.0)
+    assert [recorder.finish().state for recorder in recorders] == [State.FINISHED, State.FINISHED]
+    assert RecordingPaths(run).recorded_generations() == [0, 1, 2]
+
+
+def test_whoever_needs_recordings_waits_for_the_recorder_and_is_told_how_far_it_is(run: Path) -> None:
+    recorder = RecorderProcess(run, Detail.ALL)
+    recorder.start()
+    recorder.finish(timeout_s=0.0)
+    with view.prepared(run, view.OVERVIEW) as source:
+        assert Path(source) == RecordingPaths(run).run
+    assert recorder.finish().state is State.FINISHED
+    status = status_now(run)
+    assert status is not None
+    assert status.words == "finished, 3 of 3 generations"
+
+
+def test_a_run_that_goes_on_is_not_waited_for(run: Path) -> None:
+    told: list[RecorderStatus] = []
+    RecordingPaths(run).folder.mkdir()
+    with RunLock(RecordingPaths(run).folder):
+        assert wait_for_recorder(run, told.append, enough=lambda: bool(told)) is False
+        assert len(told) == 1
+        with RunLock(run):
+            assert wait_for_recorder(run, told.append) is False
+    assert len(told) == 1
+    assert wait_for_recorder(run, told.append) is True
+
+
+def test_a_recorder_that_was_killed_is_not_said_to_be_at_work(run: Path) -> None:
+    assert status_now(run) is None
+    paths = RecordingPaths(run)
+    paths.folder.mkdir()
+    RecorderStatus(State.STARTING).write(paths.status)
+    assert (status := status_now(run)) is not None
+    assert status.state is State.STARTING
+    os.utime(paths.status, (0, 0))
+    assert (status := status_now(run)) is not None
+    assert status.state is State.FAILED
+    RecorderStatus(State.RECORDING, generations=1, known=3).write(paths.status)
+    assert (status := status_now(run)) is not None
+    assert status.words == "stopped, 1 of 3 generations: `sceann record` makes the rest"
+    with RunLock(paths.folder):
+        assert (status := status_now(run)) is not None
+        assert status.words == "at work, 1 of 3 generations so far"
+
+
+def test_evolve_lets_go_of_the_terminal_and_everything_is_recorded(tmp_path: Path) -> None:
+    (tmp_path / "pole.yaml").write_text(POLE)
+    run = tmp_path / "run"
+    with terminal(["evolve", "pole.yaml", "--out", "run"], tmp_path) as shown:
+        assert shown.wait() == 0
+    assert "nobody has to wait for it" in " ".join(shown.shown.split())
+    # the terminal is closed, and so is the process
+    assert CliRunner().invoke(app, ["record", str(run)], catch_exceptions=False).exit_code == 0
+    assert RecordingPaths(run).recorded_generations() == [0, 1, 2, 3, 4]
+    assert (
+        json.loads(CliRunner().invoke(app, ["status", str(run), "--json"]).stdout)["recording"]["state"] == "finished"
+    )
+
+
+def test_no_generation_is_forgotten_while_it_is_being_drawn(run: Path) -> None:
+    paths = RecordingPaths(run)
+    paths.folder.mkdir()
+    with RunLock(paths.folder), pytest.raises(RunIsLocked, match="recording is in use"):
+        Experiment.open(run, from_generation=1)
+    assert len(JournalReader(run).generations()) == 3
 
 
 def test_stop_ends_it_at_once(run: Path) -> None:

@@ -13,7 +13,19 @@ from backends.cartpole import CartPole
 from backends.diffdrive import DifferentialDrive, DifferentialDriveConfig
 from sceann_hil.recording import scene
 from sceann_hil.robot import Robot
-from sceann_hil.robot.drawing import Block, Curve, Disc, Drawing, Look, Part, Shades, Strip, arena_walls, round_robot
+from sceann_hil.robot.drawing import (
+    Block,
+    Curve,
+    Disc,
+    Drawing,
+    Fan,
+    Look,
+    Part,
+    Shades,
+    Strip,
+    arena_walls,
+    round_robot,
+)
 from sceann_hil.supervision.operators.web.pose import draw_pose
 
 WORLD = DifferentialDriveConfig.model_validate(
@@ -82,6 +94,18 @@ def test_the_start_pose_is_well_formed_and_to_scale() -> None:
     assert (body[0] - obstacle[0]) / per_m == pytest.approx(0.2, abs=0.01)
     assert (body[1] - obstacle[1]) / per_m == pytest.approx(0.1, abs=0.01)
     assert lamp[1] < obstacle[1]
+
+
+def test_a_fan_is_as_long_as_its_sensor_reaches() -> None:
+    def length_px(reach_m: float) -> float:
+        part = Part("robot", (), x="x_m", y="y_m", turn="heading_rad", fans=(Fan((0.0, 0.0), 0.0, 0.1, reach_m),))
+        text = draw_pose(Drawing("it", (0.0, 1.0, 0.0, 1.0), (), (part,)), {"x_m": 0.5, "y_m": 0.5, "heading_rad": 0.0})
+        numbers = re.findall(r'<path d="M(\S+),(\S+)L(\S+),(\S+) L', text)[0]
+        x0, y0, x1, y1 = map(float, numbers)
+        return float(np.hypot(x1 - x0, y1 - y0))
+
+    assert length_px(0.2) == pytest.approx(2 * length_px(0.1), abs=0.2)
+    assert length_px(5.0) < 100.0
 
 
 def test_a_pole_leans_to_the_right_of_its_cart() -> None:

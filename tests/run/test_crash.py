@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from sceann_hil.errors import DiskFull, NotARun
+from sceann_hil.journal import intents
 from sceann_hil.run.experiment import Experiment, Outcome
 from tests.runs import GOAL, POLE, config_of, contents, evolve, resume
 
@@ -51,11 +52,16 @@ def start_or_resume(directory: Path, text: str, *overrides: str) -> None:
         assert experiment.evolve(robot) is Outcome.FINISHED
 
 
-@pytest.mark.parametrize("case", [TINY_POLE, TINY_GOAL], ids=["sga pole", "oga goal"])
-def test_killed_at_every_single_statement_of_the_database(case: tuple[str, ...], tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("case", "large"), [(TINY_POLE, 1000), (TINY_GOAL, 1)], ids=["sga pole, attempts", "oga goal, batches"]
+)
+def test_killed_at_every_single_statement_of_the_database(
+    case: tuple[str, ...], large: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     whole = tmp_path / "whole"
     start_or_resume(whole, *case)
     expected = contents(whole)
+    monkeypatch.setattr(intents, "LARGE", large)
 
     def die_at(n: int, directory: Path) -> None:
         connect = sqlite3.connect

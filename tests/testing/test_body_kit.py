@@ -64,7 +64,7 @@ def _no_number(state: Lanes, motors: Lanes, noise: Lanes, ends: NDArray[np.int32
 @compiled_part
 def _too_far(state: Lanes, motors: Lanes, noise: Lanes, ends: NDArray[np.int32], work: Lanes, p: Lanes) -> None:
     for lane in range(LANES):
-        work[3, lane] = p[7]
+        work[3, lane] = p[70]
         ends[lane] = -1
 
 

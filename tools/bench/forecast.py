@@ -66,7 +66,7 @@ class _Case:
         for trial in range(self.trials):
             if trial % self.per_generation == 0:
                 self.forecast.begin(trial // self.per_generation, self.per_generation)
-            self.forecast.add(float(self.robot_s[trial]), float(self.besides_s[trial]))
+            self.forecast.add([float(self.robot_s[trial])], float(self.besides_s[trial]))
             spent_s += float(self.robot_s[trial])
             passed_s += float(self.robot_s[trial] + self.besides_s[trial])
             if passed_s >= PART * self.whole_s:

@@ -29,7 +29,13 @@ def run_trials(
         individual: of each trial, shape ``(n,)``.
         trial: number of the task's trial, shape ``(n,)``.
         key: of the noise, shape ``(n,)``.
+
+    Raises:
+        TrialVoid: a trial ended without a result.
     """
     task = config.build_task()
     weights = config.phenotype.decode(genomes.reshape(-1, genomes.shape[-1]))
-    return robot.run(task.trials(config.phenotype, weights, run * genomes.shape[1] + individual, trial, key))
+    trials = task.trials(config.phenotype, weights, run * genomes.shape[1] + individual, trial, key)
+    results = trials.completed(robot.run(trials))
+    results.must_count()
+    return results

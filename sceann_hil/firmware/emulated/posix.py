@@ -7,11 +7,9 @@ would see, whatever the host believes.
 from __future__ import annotations
 
 import os
-import pty
 import socket
 import struct
 import subprocess
-import tty
 from dataclasses import dataclass
 from enum import IntFlag, StrEnum
 from pathlib import Path
@@ -19,6 +17,7 @@ from types import TracebackType
 from typing import Self
 
 from sceann_hil.firmware.build import Board, build_board
+from sceann_hil.firmware.emulated.pseudo_terminal import open_pseudo_terminal
 from sceann_hil.firmware.emulated.sockets import SocketLine
 
 BOARD_RECORD = struct.Struct("<cBI3H4x")
@@ -142,9 +141,7 @@ class PosixBoard:
         self.body: PosixBody | None = None
         self._slave: int | None = None
         if terminal:
-            self._link, self._slave = pty.openpty()
-            tty.setraw(self._slave)
-            self.port = Path(os.ttyname(self._slave))
+            self._link, self._slave, self.port = open_pseudo_terminal()
         else:
             host, board = socket.socketpair()
             self.line, self._link = SocketLine(host), board.detach()

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import os
-import pty
 import select
 import threading
 import time
-import tty
 from collections.abc import Callable
-from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+from sceann_hil.firmware.emulated.pseudo_terminal import open_pseudo_terminal
 from sceann_hil.firmware.emulated.simavr import HZ, AvrChip
 
 SLICE_S = 0.001
@@ -32,9 +30,7 @@ class ChipTerminal:
     """
 
     def __init__(self, power_on: Callable[[], AvrChip], deaf_s: float = 0.0) -> None:
-        self._master, self._slave = pty.openpty()
-        tty.setraw(self._slave)
-        self.port = Path(os.ttyname(self._slave))
+        self._master, self._slave, self.port = open_pseudo_terminal()
         self.chip: AvrChip | None = None
         self._power_on = power_on
         self._deaf_s = deaf_s

@@ -68,7 +68,7 @@ def _run(world: World, body: RobotConfig, number: int) -> tuple[Bits, NDArray[np
     genomes, fitness = [], []
     for generation in range(GENERATIONS + 1):
         noise = keys(_ROOT, Purpose.ENSEMBLE, number, 2 + generation, np.arange(POPULATION)[:, None], world.starts)
-        values = evaluator.evaluate(state.genomes, noise, world.starts).mean_fitness
+        values = evaluator.evaluate(state.genomes, noise, world.simulated_starts).mean_fitness
         genomes.append(state.genomes)
         fitness.append(values)
         if generation < GENERATIONS:
@@ -105,7 +105,7 @@ def screen(world: World, pool: Bits, count: int, report: Report = silent, number
     for place, number in enumerate(turn):
         body = world.robots.bodies[number]
         noise = keys(_ROOT, Purpose.ENSEMBLE, number, 1_000, np.arange(len(pool))[:, None], world.starts)
-        fitness[place] = world.evaluator(body).evaluate(pool, noise, world.starts).mean_fitness
+        fitness[place] = world.evaluator(body).evaluate(pool, noise, world.simulated_starts).mean_fitness
         report("screening", place + 1, len(turn))
     mean = fitness.mean(axis=0)
     mixed = _OWN_WEIGHT * fitness + (1.0 - _OWN_WEIGHT) * mean

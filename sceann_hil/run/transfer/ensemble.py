@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -41,21 +41,28 @@ class World:
 
     Attributes:
         phenotype: how a genome becomes a controller.
-        task: what a trial is.
+        task: what a trial is, in simulation.
         task_text: its section, for the cache.
         robots: the simulated robots.
+        n_trials: of the task on the robot: as many as in simulation, or one there stands for all of them.
     """
 
     phenotype: Phenotype
     task: Task
     task_text: str
     robots: DrawnRobots
+    n_trials: int
 
     @cached_property
     def starts(self) -> NDArray[np.int64]:
-        """Which of the task's trials are looked at: all, or `MOST_STARTS` evenly among them, shape ``(H,)``."""
-        n = self.task.n_trials
+        """Which trials of the task are looked at: all, or `MOST_STARTS` evenly among them, shape ``(H,)``."""
+        n = self.n_trials
         return np.unique(np.linspace(0, n - 1, min(n, MOST_STARTS)).round().astype(np.int64))
+
+    @property
+    def simulated_starts(self) -> NDArray[np.int64]:
+        """The same trials in simulation, shape ``(H,)``."""
+        return self.starts if self.task.n_trials == self.n_trials else np.zeros_like(self.starts)
 
     def evaluator(self, body: RobotConfig) -> BatchEvaluator:
         """For trials in one robot, which is ready."""
@@ -109,13 +116,25 @@ class Ensemble:
         return np.asarray((self.fitness >= self.level).mean(axis=(0, 2)))
 
 
-def make_ensemble(world: World, genomes: Bits, report: Report = silent) -> Ensemble:
+Arrays = dict[str, NDArray[Any]]
+Compute = Callable[[World, Bits, list[range]], Iterator[tuple[range, Arrays]]]
+"""What the candidates do in some parts of the ensemble, each with the numbers of its robots, in any order."""
+
+
+def here(world: World, genomes: Bits, parts: list[range]) -> Iterator[tuple[range, Arrays]]:
+    """On all cores of this machine."""
+    for numbers in parts:
+        yield numbers, part_of_ensemble(world, genomes, numbers)
+
+
+def make_ensemble(world: World, genomes: Bits, report: Report = silent, compute: Compute = here) -> Ensemble:
     """Run every candidate once from every start in every robot, or take what is known already.
 
     Args:
         world: robots and task.
         genomes: candidates, shape ``(K, L)``.
         report: told after every part.
+        compute: what computes the parts that are not known.
 
     Raises:
         ConfigError: the task's fitness has no bounds, or success differs from fitness.
@@ -124,16 +143,16 @@ def make_ensemble(world: World, genomes: Bits, report: Report = silent) -> Ensem
     check_scale(world.task)
     folder = cache.cache_folder("ensemble", world.digest(np.packbits(genomes).tobytes(), str(genomes.shape)))
     n_robots = len(world.robots)
-    parts = []
-    for first in range(0, n_robots, PART):
-        path = folder / f"robots-{first:04d}.npz"
-        part = cache.load(path)
-        if part is None:
-            part = _compute(world, genomes, range(first, min(first + PART, n_robots)))
-            cache.save(path, part)
-        parts.append(part)
-        report("simulated robots", min(first + PART, n_robots), n_robots)
+    whole = [range(first, min(first + PART, n_robots)) for first in range(0, n_robots, PART)]
+    paths = {numbers: folder / f"robots-{numbers.start:04d}.npz" for numbers in whole}
+    known = {numbers: part for numbers in whole if (part := cache.load(paths[numbers])) is not None}
+    report("simulated robots", sum(map(len, known)), n_robots)
+    for numbers, part in compute(world, genomes, [numbers for numbers in whole if numbers not in known]):
+        cache.save(paths[numbers], part)
+        known[numbers] = part
+        report("simulated robots", sum(map(len, known)), n_robots)
     cache.prune(folder)
+    parts = [known[numbers] for numbers in whole]
     fitness = np.concatenate([part["fitness"] for part in parts])
     return Ensemble(
         fitness=fitness,
@@ -158,23 +177,24 @@ def check_scale(task: Task) -> None:
         )
 
 
-def _compute(world: World, genomes: Bits, numbers: range) -> dict[str, NDArray[Any]]:
+def part_of_ensemble(world: World, genomes: Bits, numbers: range) -> Arrays:
+    """What the candidates do in the robots of these numbers."""
     shape = (len(genomes), len(world.starts))
-    individual, trial = np.arange(shape[0])[:, None], world.starts
+    individual, start, trial = np.arange(shape[0])[:, None], world.starts, world.simulated_starts
     fitness = np.empty((len(numbers), *shape), np.float32)
     durations_s = np.zeros(shape)
     most_failure, noise_variance = -np.inf, 0.0
     successes: list[NDArray[np.float64]] = []
     for place, number in enumerate(numbers):
         evaluator = world.evaluator(world.robots.bodies[number])
-        outcomes = evaluator.evaluate(genomes, keys(_ROOT, Purpose.ENSEMBLE, number, 0, individual, trial), trial)
+        outcomes = evaluator.evaluate(genomes, keys(_ROOT, Purpose.ENSEMBLE, number, 0, individual, start), trial)
         fitness[place] = outcomes.fitness
         durations_s += outcomes.durations_s
         successes.append(outcomes.fitness[outcomes.succeeded])
         most_failure = max(most_failure, outcomes.fitness[~outcomes.succeeded].max(initial=-np.inf))
         if place == 0:
             # the same once more, with other noise: what one trial cannot tell
-            again = evaluator.evaluate(genomes, keys(_ROOT, Purpose.ENSEMBLE, number, 1, individual, trial), trial)
+            again = evaluator.evaluate(genomes, keys(_ROOT, Purpose.ENSEMBLE, number, 1, individual, start), trial)
             noise_variance = float(np.mean((again.fitness - outcomes.fitness) ** 2) / 2.0)
     succeeded = np.concatenate(successes)
     above = succeeded[succeeded > most_failure]
@@ -189,7 +209,7 @@ def _compute(world: World, genomes: Bits, numbers: range) -> dict[str, NDArray[A
     }
 
 
-def _level(parts: list[dict[str, NDArray[Any]]], best: float) -> float | None:
+def _level(parts: list[Arrays], best: float) -> float | None:
     """Fitness from which on a trial is a success; the best there is where nothing succeeded.
 
     A success in the very last step may be worth no more than a failure: a few of these do not count.

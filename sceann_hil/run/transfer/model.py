@@ -15,7 +15,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
 Float64Array = NDArray[np.float64]
 
@@ -37,17 +36,49 @@ class Observations:
         candidate: int64, shape ``(n,)``.
         start: index of the start, int64, shape ``(n,)``.
         value: fitness, float64, shape ``(n,)``.
+        operator_s: time that a person needed for it, float64, shape ``(n,)``.
     """
 
     candidate: NDArray[np.int64]
     start: NDArray[np.int64]
     value: Float64Array
+    operator_s: Float64Array
+
+    @classmethod
+    def of(
+        cls,
+        candidate: NDArray[np.int64],
+        start: NDArray[np.int64],
+        value: Float64Array,
+        operator_s: Float64Array | None = None,
+    ) -> Observations:
+        """Of trials beside which nobody needed any time, unless it is given."""
+        return cls(candidate, start, value, np.zeros(len(candidate)) if operator_s is None else operator_s)
+
+    def and_one(self, candidate: int, start: int, value: float, operator_s: float = 0.0) -> Observations:
+        """With one more trial."""
+        return Observations(
+            np.append(self.candidate, candidate),
+            np.append(self.start, start),
+            np.append(self.value, value),
+            np.append(self.operator_s, operator_s),
+        )
+
+    def expected_operator_s(self, n_starts: int) -> Float64Array:
+        """Time that a person is expected to need for a trial from each start, shape ``(n_starts,)``.
+
+        The mean over its trials and one that took as long as all of them on average: one slow trial proves little.
+        """
+        if not len(self):
+            return np.zeros(n_starts)
+        sums = np.bincount(self.start, self.operator_s, n_starts)
+        return np.asarray((sums + self.operator_s.mean()) / (np.bincount(self.start, minlength=n_starts) + 1.0))
 
     def __len__(self) -> int:
         return len(self.candidate)
 
 
-NOTHING = Observations(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))
+NOTHING = Observations.of(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))
 """Before the first trial."""
 
 
@@ -114,19 +145,19 @@ class Conditioned:
         weights = np.exp(logs - logs.max())
         self._weights = weights / weights.sum()
 
-    def _factor(self, tau: float, s: float) -> tuple[Float64Array, bool]:
+    def _whitening(self, tau: float, s: float) -> Float64Array:
+        """W with W C W^T = I for the trials' covariance C, shape ``(n, n)``; C^-1 is W^T W. Systems are small."""
         covariance = self._gram + tau**2 * self._same + s**2 * np.eye(len(self.observed))
-        factor: Float64Array = cho_factor(covariance, lower=True)[0]
-        return factor, True
+        return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)), np.float64)
 
     def _log_likelihood(self, tau: float, s: float) -> float:
         relative = np.log(np.array([tau, s]) / self.model.spread / np.array(_USUAL)) / np.array(_DECADES)
         prior = float(-0.5 * (relative**2).sum())
         if not len(self.observed):
             return prior
-        factor = self._factor(tau, s)
-        fit = float(self._residual @ cho_solve(factor, self._residual))
-        return prior - 0.5 * fit - float(np.log(np.diag(factor[0])).sum())
+        whitening = self._whitening(tau, s)
+        fit = float(((whitening @ self._residual) ** 2).sum())
+        return prior - 0.5 * fit + float(np.log(np.diag(whitening)).sum())
 
     @property
     def likeliest(self) -> tuple[float, float]:
@@ -153,10 +184,10 @@ class Conditioned:
         variance = (model.b**2).sum(axis=1) + tau**2
         if not len(self.observed):
             return mean, variance
-        lower = self._factor(tau, s)[0]
+        whitening = self._whitening(tau, s)
         cross = self._cross + tau**2 * self._own
-        whitened = cross @ solve_triangular(lower, np.eye(len(self.observed)), lower=True).T
-        mean = mean + whitened @ solve_triangular(lower, self._residual, lower=True)
+        whitened = cross @ whitening.T
+        mean = mean + whitened @ (whitening @ self._residual)
         variance = variance - (whitened**2).sum(axis=1)
         return mean, np.maximum(variance, 1e-12)
 
@@ -177,12 +208,12 @@ class Conditioned:
         covariance = np.einsum("cm,ohm->coh", model.b[candidates], rows, optimize=True)
         covariance += tau**2 * (candidates[:, None] == options)[:, :, None]
         if len(self.observed):
-            factor = self._factor(tau, s)
+            whitening = self._whitening(tau, s)
             left = model.b[candidates] @ self._rows.T + tau**2 * (candidates[:, None] == self.observed.candidate)
             right = (rows.reshape(o * h, m) @ self._rows.T).reshape(o, h, -1)
             right = right + tau**2 * (options[:, None] == self.observed.candidate)[:, None, :]
-            solved = cho_solve(factor, right.reshape(o * h, -1).T)
-            covariance -= (left @ solved).reshape(len(candidates), o, h)
+            solved = (right.reshape(o * h, -1) @ whitening.T) @ whitening
+            covariance -= (left @ solved.T).reshape(len(candidates), o, h)
         return np.asarray(covariance, np.float64)
 
     def trial_variance(self, options: NDArray[np.int64]) -> Float64Array:
@@ -194,8 +225,7 @@ class Conditioned:
             o, h, m = rows.shape
             right = (rows.reshape(o * h, m) @ self._rows.T).reshape(o, h, -1)
             right = (right + tau**2 * (options[:, None] == self.observed.candidate)[:, None, :]).reshape(o * h, -1)
-            solved = cho_solve(self._factor(tau, s), right.T)
-            variance = variance - np.einsum("in,ni->i", right, solved).reshape(o, h)
+            variance = variance - ((right @ self._whitening(tau, s).T) ** 2).sum(axis=1).reshape(o, h)
         return np.asarray(np.maximum(variance, 1e-12))
 
     @cached_property
@@ -204,6 +234,6 @@ class Conditioned:
         n_robots = self.model.a.shape[2]
         if not len(self.observed):
             return np.zeros(n_robots), np.eye(n_robots)
-        factor = self._factor(*self.likeliest)
-        mean = self._rows.T @ cho_solve(factor, self._residual)
-        return mean, np.eye(n_robots) - self._rows.T @ cho_solve(factor, self._rows)
+        whitening = self._whitening(*self.likeliest)
+        rows = whitening @ self._rows
+        return rows.T @ (whitening @ self._residual), np.eye(n_robots) - rows.T @ rows

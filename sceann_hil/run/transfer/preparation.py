@@ -13,10 +13,11 @@ from sceann_hil import registry
 from sceann_hil.config import ExperimentConfig
 from sceann_hil.errors import ConfigError
 from sceann_hil.network.coding import Bits
-from sceann_hil.plugins import RobotConfig
+from sceann_hil.plugins import RobotConfig, TaskConfig
 from sceann_hil.registry import Group
+from sceann_hil.robot.task import Task
 from sceann_hil.run.transfer import candidates as pool
-from sceann_hil.run.transfer.ensemble import Ensemble, Report, World, check_scale, make_ensemble, silent
+from sceann_hil.run.transfer.ensemble import Compute, Ensemble, Report, World, check_scale, here, make_ensemble, silent
 from sceann_hil.run.transfer.model import Model
 from sceann_hil.run.transfer.robots import draw_robots
 from sceann_hil.run.transfer.sources import body_of, read_source
@@ -75,6 +76,8 @@ class Preparation:
         self.evolve = evolve
         self.count = count
         self.report = report
+        self.compute: Compute = here
+        """What computes the ensemble: this machine, or somebody else."""
         self._prepared: dict[bytes, Prepared] = {}
 
     @cached_property
@@ -99,9 +102,13 @@ class Preparation:
                 f"robot has them, got {body.spec.n_sensors} and {body.spec.n_motors}.",
                 "Nothing was started.",
             )
+        section = config.uncertainty.task or config.task
+        simulated = _task_for(section, body, task)
         robots = draw_robots(body, config.uncertainty.keys, config.uncertainty.robots)
-        text = json.dumps(config.task.model_dump(mode="json"), sort_keys=True)
-        return World(config.phenotype, task, text, robots)
+        text = json.dumps(section.model_dump(mode="json"), sort_keys=True)
+        if simulated.n_trials != task.n_trials:
+            text += f" for {task.n_trials} trials"
+        return World(config.phenotype, simulated, text, robots, task.n_trials)
 
     def candidates(self, more: Bits | None = None, in_robots: tuple[int, ...] = ()) -> Bits:
         """Controllers to choose from, shape ``(K, L)``.
@@ -130,9 +137,38 @@ class Preparation:
         key = np.packbits(candidates).tobytes()
         if key not in self._prepared:
             task = self.world.task
-            ensemble = make_ensemble(self.world, candidates, self.report)
+            ensemble = make_ensemble(self.world, candidates, self.report, self.compute)
             self._prepared = {key: Prepared(ensemble, task.best_fitness - task.worst_fitness)}
         return self._prepared[key]
+
+
+def _task_for(section: TaskConfig, body: RobotConfig, real: Task) -> Task:
+    """What the simulated robots do.
+
+    Raises:
+        ConfigError: they cannot, or it is not comparable with what the robot does.
+    """
+    hint = "Nothing was started. Give the simulated robots a task of their own: uncertainty.task."
+    try:
+        section.check(body)
+        task = section.build_for(body)
+        task.check_robot(body.spec)
+    except ValueError as error:
+        raise ConfigError(f"The simulated robots ({body.type}) cannot do task {section.type}: {error}.", hint) from None
+    ours, theirs = (real.worst_fitness, real.best_fitness), (task.worst_fitness, task.best_fitness)
+    if ours != theirs:
+        raise ConfigError(
+            f"uncertainty.task: expected fitness from {ours[0]:g} to {ours[1]:g}, as on the robot, got {theirs[0]:g} "
+            f"to {theirs[1]:g}: simulated and measured trials need one scale.",
+            "Nothing was started.",
+        )
+    if task.n_trials not in (1, real.n_trials):
+        raise ConfigError(
+            f"uncertainty.task: expected {real.n_trials} trials, as on the robot, or 1 that stands for all of them, "
+            f"got {task.n_trials}.",
+            "Nothing was started.",
+        )
+    return task
 
 
 def simulated_body(config: ExperimentConfig, sources: tuple[Path, ...] = ()) -> RobotConfig:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from sceann_hil.config.uncertainty import NormalRange, Range, ScaledRange, UniformRange, ranges_of
+from sceann_hil.config.uncertainty import NormalRange, Range, ScaledRange, ShiftedRange, UniformRange, ranges_of
 from sceann_hil.errors import ConfigError
 from sceann_hil.plugins import RobotConfig
 from sceann_hil.seeds import Purpose, generator
@@ -45,28 +45,33 @@ def draw_robots(body: RobotConfig, keys: Mapping[str, Range], count: int) -> Dra
     """Robots like `body`.
 
     Args:
-        body: simulated. A section of it in which something is drawn, such as its gap, starts from its defaults.
+        body: simulated.
         keys: as in `sceann_hil.config.uncertainty.UncertaintyConfig`, over what is usual for such a body.
         count: M.
 
     Raises:
-        ConfigError: the body has no such key, or a range is wider than the body allows.
+        ConfigError: the body has no such key, nothing is drawn, or a range is wider than the body allows.
     """
     ranges = ranges_of(body, dict(keys))
     draw = _Draw(body, ranges)
     draw.check()
+    if not draw.names:
+        raise ConfigError(
+            f"uncertainty.keys: nothing of robot {body.type} is drawn, so all simulated robots are the same.",
+            "Nothing was started. Say what nobody knows of the robot, such as radius_m: {scaled: [0.9, 1.1]}.",
+        )
     robots = [draw.robot(number) for number in range(count)]
     return DrawnRobots(draw.names, np.array([values for values, _ in robots]), tuple(one for _, one in robots))
 
 
 def robot_with(body: RobotConfig, names: tuple[str, ...], values: NDArray[np.float64]) -> dict[str, Any]:
     """The section of a robot that has these values of the quantities, as plain data."""
-    data = _without_sections(body, {name.partition("[")[0] for name in names})
+    data: dict[str, Any] = body.model_dump(mode="json")
     lists: dict[str, list[float]] = {}
     for name, value in zip(names, values.tolist(), strict=True):
         lists.setdefault(name.partition("[")[0], []).append(value)
     for key, some in lists.items():
-        _put(data, key, some if body.values_of(key) > 1 else some[0])
+        _put(data, key, some)
     return data
 
 
@@ -74,29 +79,46 @@ class _Draw:
     def __init__(self, body: RobotConfig, ranges: Mapping[str, Range]) -> None:
         self._body = body
         self._ranges = ranges
-        self._base = _without_sections(body, ranges)
+        self._base: dict[str, Any] = body.model_dump(mode="json")
+        self._own = {key: self._own_values(key) for key in ranges}
         self.names: tuple[str, ...] = ()
         for key, known in ranges.items():
-            count = 1 if isinstance(known, float) else body.values_of(key)
+            count = len(self._own[key])
             if not isinstance(known, float):
                 self.names += (key,) if count == 1 else tuple(f"{key}[{i}]" for i in range(count))
+
+    def _own_values(self, key: str) -> list[Any]:
+        """What the body itself has there, one for each value that the key takes."""
+        last = key.rpartition(".")[2]
+        own = [holder.get(last) for holder in _holders(self._base, key)]
+        if len(own) != 1:
+            return own
+        count = self._body.values_of(key)
+        if isinstance(own[0], list):
+            return own[0] if len(own[0]) == count or count == 1 else [None] * count
+        return own * count
 
     def check(self) -> None:
         """Refuse a key that the body does not have, and ends of ranges that it does not allow."""
         for key, known in self._ranges.items():
-            nominal = _get(self._body.model_dump(mode="json"), key)
-            if isinstance(known, ScaledRange) and not isinstance(nominal, (int, float)):
+            own = self._own[key]
+            if not own:
                 raise ConfigError(
-                    f"uncertainty.keys: {key}: expected a number of robot {self._body.type} to scale, got {nominal!r}.",
+                    f"uncertainty.keys: {key}: robot {self._body.type} has none of these.", "Nothing was started."
+                )
+            odd = [it for it in own if not isinstance(it, (int, float))]
+            if odd and isinstance(known, (ScaledRange, ShiftedRange)):
+                raise ConfigError(
+                    f"uncertainty.keys: {key}: expected a number of robot {self._body.type} to change, got {odd[0]!r}.",
                     "Nothing was started.",
                 )
-            for end in _ends(known, nominal):
+            for ends in zip(*(_ends(known, it) for it in own), strict=True):
                 data = deepcopy(self._base)
-                self._fill(data, key, [end] * self._body.values_of(key))
+                _put(data, key, list(ends))
                 told = self._refusal(data)
                 if told is not None:
                     raise ConfigError(
-                        f"uncertainty.keys: {key}: {end:g} is more than robot {self._body.type} allows: {told}.",
+                        f"uncertainty.keys: {key}: {ends[0]:g} is more than robot {self._body.type} allows: {told}.",
                         "Nothing was started. Make the range narrower.",
                     )
 
@@ -107,9 +129,8 @@ class _Draw:
         for _ in range(_MOST_DRAWS):
             data, drawn = deepcopy(self._base), []
             for key, known in self._ranges.items():
-                nominal = _get(self._body.model_dump(mode="json"), key)
-                some = [_value(known, nominal, rng) for _ in range(self._body.values_of(key))]
-                self._fill(data, key, some)
+                some = [_value(known, own, rng) for own in self._own[key]]
+                _put(data, key, some)
                 drawn += [] if isinstance(known, float) else some
             told = self._refusal(data)
             if told is None:
@@ -118,9 +139,6 @@ class _Draw:
             f"uncertainty.keys: {_MOST_DRAWS} draws in a row gave no {self._body.type} that can be, the last: {told}.",
             "Nothing was started. Make the ranges narrower.",
         )
-
-    def _fill(self, data: dict[str, Any], key: str, values: list[float]) -> None:
-        _put(data, key, values if len(values) > 1 else values[0])
 
     def _made(self, data: dict[str, Any]) -> RobotConfig:
         return type(self._body).model_validate_json(json.dumps(data))
@@ -136,15 +154,6 @@ class _Draw:
         return None
 
 
-def _without_sections(body: RobotConfig, keys: Any) -> dict[str, Any]:
-    """The body's section as plain data; parts of it in which something is drawn are left to their defaults."""
-    data: dict[str, Any] = body.model_dump(mode="json")
-    for key in keys:
-        if "." in key:
-            data.pop(key.partition(".")[0], None)
-    return data
-
-
 def _ends(known: Range, nominal: Any) -> tuple[float, ...]:
     match known:
         case UniformRange():
@@ -153,6 +162,8 @@ def _ends(known: Range, nominal: Any) -> tuple[float, ...]:
             return (known.normal[0],)
         case ScaledRange():
             return (known.scaled[0] * nominal, known.scaled[1] * nominal)
+        case ShiftedRange():
+            return (nominal + known.shifted[0], nominal + known.shifted[1])
         case _:
             return (known,)
 
@@ -165,19 +176,26 @@ def _value(known: Range, nominal: Any, rng: np.random.Generator) -> float:
             return float(rng.normal(*known.normal))
         case ScaledRange():
             return float(nominal * rng.uniform(*known.scaled))
+        case ShiftedRange():
+            return float(nominal + rng.uniform(*known.shifted))
         case _:
             return known
 
 
-def _get(data: dict[str, Any], key: str) -> Any:
-    value: Any = data
-    for part in key.split("."):
-        value = value.get(part) if isinstance(value, dict) else None
-    return value
+def _holders(data: dict[str, Any], key: str) -> list[dict[str, Any]]:
+    """The sections that have the last part of a dotted key: one, or those of a list that the key runs through."""
+    found: list[Any] = [data]
+    for part in key.split(".")[:-1]:
+        inner = [one.get(part) if isinstance(one, dict) else None for one in found]
+        found = [one for it in inner for one in (it if isinstance(it, list) else [it])]
+    return [one for one in found if isinstance(one, dict)]
 
 
-def _put(data: dict[str, Any], key: str, value: Any) -> None:
-    *sections, last = key.split(".")
-    for part in sections:
-        data = data.setdefault(part, {})
-    data[last] = value
+def _put(data: dict[str, Any], key: str, values: list[float]) -> None:
+    last = key.rpartition(".")[2]
+    holders = _holders(data, key)
+    if len(holders) == 1:
+        holders[0][last] = values if len(values) > 1 else values[0]
+        return
+    for holder, value in zip(holders, values, strict=True):
+        holder[last] = value

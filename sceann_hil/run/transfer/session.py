@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from sceann_hil.config import ExperimentConfig, load_config, parse_config
+from sceann_hil.config import ExperimentConfig, journalled_config, load_config
 from sceann_hil.config.data import with_robot_of
 from sceann_hil.config.document import parse
 from sceann_hil.config.file import read_text
@@ -14,11 +14,11 @@ from sceann_hil.errors import ConfigError
 from sceann_hil.journal import JournalReader
 from sceann_hil.run.transfer.preparation import simulated_body
 from sceann_hil.run.transfer.settings import TransferConfig
-from sceann_hil.run.transfer.sources import STUDY
+from sceann_hil.run.transfer.sources import kind_of
 
 
 def transfer_config(
-    robot: Path,
+    robot: Path | ExperimentConfig,
     sources: Sequence[Path] = (),
     *,
     trials: int | None = None,
@@ -31,8 +31,8 @@ def transfer_config(
     """The configuration of a transfer, self-contained but for the sources' genomes.
 
     Args:
-        robot: YAML file of a whole experiment on the robot, or of no more than its section `robot`: the rest is then
-            as in the first source that is a run, or in the transfer that is gone on from.
+        robot: a whole experiment on the robot, or its YAML file, or one of no more than its section `robot`: the rest
+            is then as in the first source that is a run, or in the transfer that is gone on from.
         sources: folders of runs and studies whose genomes are candidates.
         trials: most trials to choose by; None for the file's, or 40.
         rounds: measurements of the recommended controller in all trials of the task.
@@ -61,12 +61,16 @@ def transfer_config(
     )
 
 
-def _experiment(robot: Path, sources: Sequence[Path], again: Path | None, settings: Sequence[str]) -> ExperimentConfig:
+def _experiment(
+    robot: Path | ExperimentConfig, sources: Sequence[Path], again: Path | None, settings: Sequence[str]
+) -> ExperimentConfig:
+    if isinstance(robot, ExperimentConfig):
+        return robot
     data = parse(read_text(robot), str(robot)).data
     if isinstance(data, dict) and "task" in data:
         keep = [text for text in settings if not text.startswith("algorithm")]
         return load_config(robot, keep)
-    runs = [*([again] if again is not None else []), *(source for source in sources if not (source / STUDY).exists())]
+    runs = [*([again] if again is not None else []), *(source for source in sources if kind_of(source) is None)]
     if not runs:
         raise ConfigError(
             f"{robot}: expected a whole experiment, or a run to take all but the section robot from.",
@@ -74,7 +78,7 @@ def _experiment(robot: Path, sources: Sequence[Path], again: Path | None, settin
         )
     reader = JournalReader(runs[0])
     try:
-        theirs = parse_config(reader.run().config, f"{runs[0]}: journalled configuration")
+        theirs = journalled_config(reader)
     finally:
         reader.close()
     return with_robot_of(theirs.with_changes({"name": None, "uncertainty.body": None}), robot)

@@ -20,6 +20,7 @@ from sceann_hil.run.measuring import Measurement
 from sceann_hil.study.gap.comparison import GapReport
 from sceann_hil.study.gap.spread import Spread
 from sceann_hil.study.style import BLUE, DARK, GREY, MARKERS, ORANGE, SERIES, drawing
+from sceann_hil.versions import maker
 
 _HERE, _THERE = BLUE, ORANGE
 _DPI = 140
@@ -138,4 +139,4 @@ def _once(number: int, label: str) -> str | None:
 
 
 def _save(figure: Figure, path: Path) -> None:
-    figure.savefig(path, dpi=_DPI)
+    figure.savefig(path, dpi=_DPI, metadata={"Software": maker()})

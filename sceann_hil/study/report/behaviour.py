@@ -16,7 +16,7 @@ from sceann_hil.robot import EndReason, Results
 from sceann_hil.run.batch import BatchEvaluator
 from sceann_hil.seeds import Purpose, keys
 from sceann_hil.study.report.cells import Cell
-from sceann_hil.study.report.scene import draw_part, draw_surroundings
+from sceann_hil.study.report.scene import draw_others, draw_part, draw_surroundings
 from sceann_hil.study.style import BLUE, DARK, GREEN, GREY, LIGHT, RED, drawing, plain, save
 
 
@@ -94,6 +94,8 @@ def draw_fig7(champion: Champion, shown: int, path: Path) -> None:
                 for step in range(0, len(x), 5):
                     state = dict(zip(robot.spec.state_fields, trace.state[step].tolist(), strict=True))
                     draw_part(axes, scene.parts[0], state, 0.9 if step == 0 else 0.45)
+                    if step == 0:
+                        draw_others(axes, scene, state)
             else:
                 label = "the other initial headings" if number == (shown == 0) else None
                 axes.plot(x, y, color=GREY, linewidth=0.9, alpha=0.8, zorder=2, label=label)

@@ -43,6 +43,13 @@ def draw_part(axes: Axes, part: Part, state: Mapping[str, float], alpha: float) 
             _draw(axes, shape, place, -turn if part.clockwise else turn, alpha, 1)
 
 
+def draw_others(axes: Axes, drawing: Drawing, state: Mapping[str, float]) -> None:
+    """What one trial has at a place of its own besides the robot, such as an obstacle that was drawn for it."""
+    for part in drawing.parts[1:]:
+        if part.on is None:
+            draw_part(axes, part, state, 0.9)
+
+
 def _draw(axes: Axes, shape: Shape, at: complex, turn: float, alpha: float, order: int) -> None:
     def placed(point: tuple[float, float]) -> complex:
         return at + cmath.exp(1j * turn) * complex(*point)

@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
-from sceann_hil.config import ExperimentConfig, parse_config
+from sceann_hil.config import ExperimentConfig, journalled_config
 from sceann_hil.journal import JournalReader
 from sceann_hil.network.coding import genome_to_hex
 from sceann_hil.run.transfer.again import read_transfer, resemblance
 from sceann_hil.run.transfer.robots import DrawnRobots, robot_with
 from sceann_hil.run.transfer.settings import TransferConfig
 from sceann_hil.run.transfer.state import TransferState
+from sceann_hil.study.statistics import student_quantile
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +43,7 @@ class Fresh:
         n = len(self.values)
         if n < 3:
             return None
-        half = float(stats.t.ppf(0.975, n - 1) * self.values.std(ddof=1) / np.sqrt(n))
+        half = float(student_quantile(0.975, n - 1) * self.values.std(ddof=1) / np.sqrt(n))
         return self.mean - half, self.mean + half
 
 
@@ -83,7 +83,7 @@ class Findings:
         state, _ = read_transfer(directory)
         reader = JournalReader(directory)
         try:
-            config = parse_config(reader.run().config, f"{directory}: journalled configuration")
+            config = journalled_config(reader)
             history, values = _told(reader, config)
         finally:
             reader.close()

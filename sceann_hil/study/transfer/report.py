@@ -7,16 +7,18 @@ import shlex
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import yaml
-from matplotlib.figure import Figure
 
+from sceann_hil.errors import requirement_of
 from sceann_hil.run.transfer.state import Verdict
 from sceann_hil.run.transfer.words import VERDICTS, expected
-from sceann_hil.study.report.page import Page
-from sceann_hil.study.transfer import figures
 from sceann_hil.study.transfer.findings import Findings
+from sceann_hil.versions import maker
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _LEARNT = 0.8
 """A quantity is listed whose deviation became smaller than so much of what it was."""
@@ -38,6 +40,8 @@ class Conclusion:
 def conclude(directory: Path) -> Conclusion:
     """Look at a transfer and write its page: ``transfer/report.html``, ``transfer.json`` and ``robot.yaml``.
 
+    Without matplotlib there is no page.
+
     Args:
         directory: of the run.
 
@@ -55,7 +59,13 @@ def conclude(directory: Path) -> Conclusion:
         "# The simulated robot that this one resembles most, as far as the trials tell.\n" + robot, encoding="utf-8"
     )
     lines = _lines(found, directory)
-    _page(found, folder, directory, lines)
+    try:
+        _page(found, folder, directory, lines)
+    except ModuleNotFoundError as missing:
+        # a robot's host has no matplotlib, and a transfer is over without its page too
+        install = f"pip install '{requirement_of(missing.name or '')}'"
+        again = f"`sceann resume {shlex.quote(str(directory))}`"
+        return Conclusion((*lines, f"No report was written: {install}, then {again} writes it."), document)
     return Conclusion((*lines, f"Report: {folder / 'report.html'}"), document)
 
 
@@ -140,13 +150,17 @@ def _document(found: Findings, folder: Path) -> dict[str, Any]:
 def _saved(figure: Figure) -> Callable[[Path], None]:
     def draw(path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
-        for suffix in (".svg", ".png"):
-            figure.savefig(path.with_suffix(suffix), dpi=110)
+        for suffix, key in ((".svg", "Creator"), (".png", "Software")):
+            figure.savefig(path.with_suffix(suffix), dpi=110, metadata={key: maker()})
 
     return draw
 
 
 def _page(found: Findings, folder: Path, directory: Path, lines: tuple[str, ...]) -> None:
+    # these need matplotlib, which is not on a robot's host
+    from sceann_hil.study.report.page import Page
+    from sceann_hil.study.transfer import figures
+
     place = shlex.quote(str(directory))
     page = Page(f"Transfer {directory.name}", folder, "report")
     page.text(*lines)

@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from sceann_hil.robot.drawing import Drawing
 from sceann_hil.supervision.operators.desk import Desk
 from sceann_hil.supervision.operators.draft import Draft
+from sceann_hil.supervision.operators.hits import Hit, KeySource
 from sceann_hil.supervision.operators.keymap import KEY_NAMES, STOP_KEYS, KeyMap
-from sceann_hil.supervision.operators.keys import Hit, KeySource
 from sceann_hil.supervision.operators.messages import View
 from sceann_hil.supervision.operators.operator import Operator
 from sceann_hil.supervision.operators.sketch import sketch
@@ -163,7 +163,7 @@ class Console(Operator):
         if view.phase in (Phase.PAUSED, Phase.SUSPENDED):
             lines.append(f"Paused: {view.reason}.")
         elif situation is not None and view.phase is Phase.BEFORE:
-            lines += [f"Next: {situation.title}.", situation.instruction]
+            lines += [f"Next: {situation.title}.", *filter(None, (situation.instruction, view.status.remark))]
         elif situation is not None and view.phase is Phase.AFTER:
             lines.append(f"Ended: {situation.title}: {situation.outcome}.")
         elif situation is not None and view.phase is Phase.RUNNING:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import unicodedata
 
+from sceann_hil.supervision.operators.hits import Hit
 from sceann_hil.supervision.operators.keymap import BACKSPACE, DELETE_LINE, ENTER, ESCAPE
-from sceann_hil.supervision.operators.keys import Hit
 
 _JOINERS = "\u200d\ufe0e\ufe0f"
 

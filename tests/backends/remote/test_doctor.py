@@ -13,13 +13,14 @@ from backends.virtual.virtual_posix import VirtualPosix
 from sceann_hil.firmware.emulated.posix import PosixBoard, RecordKind
 from sceann_hil.link.session import RobotLink
 from sceann_hil.plugins import RobotConfig
-from sceann_hil.robot.diagnosis import Finding, Verdict
+from sceann_hil.robot.diagnosis import Finding, Mover, Verdict
 from tests.backends.remote.phases import assert_motors_safe
 from tests.backends.remote.trials import virtual_config
 
 
 def findings(config: RobotConfig, may_move: bool = False) -> dict[str, Finding]:
-    return {finding.check: finding for finding in config.build().diagnose(may_move=may_move)}
+    mover: Mover | None = (lambda _, movement: movement()) if may_move else None
+    return {finding.check: finding for finding in config.build().diagnose(mover)}
 
 
 def test_a_robot_that_is_well(virtual: VirtualPosix) -> None:

@@ -22,6 +22,6 @@ def test_a_robot_that_stopped_by_itself_has_not_shown_that_silence_stops_it(
             send(self, function, data)
 
     monkeypatch.setattr(RobotLink, "send", lossy)
-    found = {f.check: f for f in virtual_config(virtual, "onboard").build().diagnose(may_move=True)}
+    found = {f.check: f for f in virtual_config(virtual, "onboard").build().diagnose(lambda _, movement: movement())}
     assert found["motors"].verdict is Verdict.BAD
     assert "overrun" in found["motors"].detail

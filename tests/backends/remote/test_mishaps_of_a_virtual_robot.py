@@ -24,7 +24,7 @@ def test_the_doctor_knows_a_pressed_bumper_from_a_bad_cable() -> None:
     while not body.pressed:
         body.hold()
     with VirtualPosix(body) as virtual, virtual_config(virtual, "onboard").build() as robot:
-        *_, last = robot.diagnose(may_move=False)
+        *_, last = robot.diagnose()
     assert (last.check, last.verdict) == ("alarms", Verdict.BAD)
     assert "cable" not in last.advice
 

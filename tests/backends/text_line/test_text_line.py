@@ -203,7 +203,7 @@ def test_a_port_that_is_not_there() -> None:
 
 
 def test_the_doctor_looks_at_line_sensors_and_motors(sketch: Sketch) -> None:
-    findings = list(rover(sketch.port, tick_s=1.0).build().diagnose(may_move=True))
+    findings = list(rover(sketch.port, tick_s=1.0).build().diagnose(lambda _, movement: movement()))
     assert [finding.check for finding in findings] == ["connection", "timing", "sensors", "motors"]
     assert all(finding.verdict is Verdict.GOOD for finding in findings)
     assert "m 76 0" in sketch.wheels

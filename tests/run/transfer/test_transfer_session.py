@@ -112,6 +112,39 @@ def test_when_nobody_succeeds_it_says_so_and_claims_nothing(small: ExperimentCon
     assert "Recommended" not in told
 
 
+SIMULATED = "type: pole_balancing, max_steps: 50"
+OTHER_TASK = """
+task: {{type: episode_return, max_steps: 50, seeds: [0, 1, 2], worst: 0, best: {best}}}
+robot: {{type: gymnasium, env: CartPole-v1, sensors: [{{observation: 0}}, {{observation: 2}}]}}
+controller: {{coding: sceann3, n_hidden: 1}}
+algorithm: {{type: transfer, trials: 3, rounds: 1, evolve: 2, candidates: 20}}
+uncertainty: {{robots: 20, body: {{type: cartpole}}, task: {{{task}}}}}
+"""
+
+
+def test_simulated_robots_with_a_task_of_their_own(tmp_path: Path) -> None:
+    # Gymnasium's cart cannot begin like ours, and nobody here wrote it
+    config = parse_config(OTHER_TASK.format(best=50, task=SIMULATED), "other")
+    assert run(config, tmp_path / "run") is Outcome.FINISHED
+    state, measured = read_transfer(tmp_path / "run")
+    assert len(state.observed) == 3
+    assert 0 < measured[-1] <= 50
+
+
+@pytest.mark.parametrize(
+    ("best", "task", "told"),
+    [
+        (60, SIMULATED, "expected fitness from 0 to 60, as on the robot, got 0 to 50"),
+        (1, "type: avoidance", "cannot do task avoidance"),
+    ],
+)
+def test_a_task_that_cannot_be_compared_is_refused(best: int, task: str, told: str) -> None:
+    config = parse_config(OTHER_TASK.format(best=best, task=task), "other")
+    with pytest.raises(ConfigError, match=told) as caught:
+        config.algorithm.prepare(config)
+    assert caught.value.hint.startswith("Nothing was started.")
+
+
 def test_a_run_of_another_algorithm_is_no_transfer(source: Path) -> None:
     with pytest.raises(NotARun, match="algorithm sga"):
         conclude(source)
@@ -122,7 +155,7 @@ def test_a_robot_resembles_the_simulated_one_that_does_the_same() -> None:
     fitness = rng.random((30, 12, 2)).astype(np.float32)
     ensemble = Ensemble(fitness, np.ones((12, 2)), 0.01, None, DrawnRobots((), np.zeros((30, 0)), ()))
     k, h = np.arange(12), np.zeros(12, np.int64)
-    weights = resemblance(ensemble, Observations(k, h, fitness[17, k, h].astype(np.float64)))
+    weights = resemblance(ensemble, Observations.of(k, h, fitness[17, k, h].astype(np.float64)))
     assert weights.argmax() == 17
     assert weights.sum() == pytest.approx(1.0)
 

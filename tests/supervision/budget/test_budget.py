@@ -94,7 +94,7 @@ def test_battery_counts_what_goes_out_and_not_what_a_swap_brings(tmp_path: Path)
 def test_a_refusal_names_what_is_used_up(limit: str) -> None:
     meter = Meter(replace(INFINITE, **{limit: 0.5}), Amounts(), longest_trial_s=10.0)
     for battery in (1.0, 0.6):
-        meter.add(10.0, 1.0, battery)
+        meter.add([10.0], 1.0, battery)
     assert meter.refusal() is not None
     assert Meter(INFINITE, Amounts(1e9, 1e9, 1e9, 1e9), 10.0).refusal() is None
 
@@ -113,14 +113,14 @@ def test_other_text_is_no_duration(text: str) -> None:
 
 
 def test_a_rehearsal_is_the_whole_run_with_a_stand_in(tmp_path: Path) -> None:
-    from sceann_hil.supervision.operators.staff import beside
+    from sceann_hil.supervision.operators.staff import staffed_desk
 
     config = config_of(GOAL, "algorithm.generations=1")
     with (
         rehearsal(config) as play,
         Experiment.create(play.config, tmp_path / "run") as experiment,
         play.robot as robot,
-        beside(robot, play.config.operator, lambda _: None) as desk,
+        staffed_desk(robot, play.config.operator, lambda _: None) as desk,
     ):
         assert experiment.evolve(robot, desk=desk) is Outcome.FINISHED
     rows = [row for g in (0, 1) for row in JournalReader(tmp_path / "run").attempts(g)]

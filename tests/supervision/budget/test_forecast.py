@@ -27,7 +27,7 @@ def forecast_of(*generations_s: float, before: tuple[tuple[int, Cost], ...] = ()
     for number, robot_s in enumerate(generations_s):
         forecast.begin(number, 5)
         for _ in range(5):
-            forecast.add(robot_s, 2.0)
+            forecast.add([robot_s], 2.0)
     return forecast
 
 
@@ -73,11 +73,11 @@ def test_a_person_reads_when_and_whether_the_budget_ends_it() -> None:
 def test_attempts_that_are_settled_before_a_generation_begins_count() -> None:
     """Regression: they counted as a generation -1, whose logarithm is none."""
     forecast = Forecast(20, 5, 60.0, [(0, Cost(3, 30.0, 6.0))])
-    forecast.add(10.0, 2.0)
+    forecast.add([10.0], 2.0)
     for number in range(12):
         forecast.begin(number, 5)
         for _ in range(5):
-            forecast.add(10.0, 2.0)
+            forecast.add([10.0], 2.0)
         assert forecast.ending(UNLIMITED).wall_s == pytest.approx((20 - number) * 5 * 12.0)
 
 
@@ -98,7 +98,7 @@ def test_a_million_generations_cost_no_more_than_ten() -> None:
     for number in range(2000):
         forecast.begin(number, 5)
         for _ in range(5):
-            forecast.add(10.0, 2.0)
+            forecast.add([10.0], 2.0)
         if number == 100:
             before, _ = tracemalloc.get_traced_memory()
     end = forecast.ending(UNLIMITED)

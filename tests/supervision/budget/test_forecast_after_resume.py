@@ -23,6 +23,6 @@ def test_generations_that_races_made_shorter_are_expected_to_stay_short() -> Non
     for number in range(3):
         forecast.begin(number, 5)
         for _ in range(3):
-            forecast.add(10.0, 2.0)
+            forecast.add([10.0], 2.0)
     forecast.begin(3, 5)
     assert forecast.ending(Amounts.unlimited()).trials == 5 + 17 * 3

@@ -15,8 +15,11 @@ from dataclasses import dataclass, field
 from sceann_hil.robot import EmergencyStop, EndReason
 from sceann_hil.supervision.operators import Desk, Phase, Situation, Verb
 from sceann_hil.supervision.operators.console import Console
-from sceann_hil.supervision.operators.keys import KEYS, KeySource, Lines, TerminalKeys
+from sceann_hil.supervision.operators.hits import KeySource
+from sceann_hil.supervision.operators.keymap import KEYS
+from sceann_hil.supervision.operators.keys import Lines
 from sceann_hil.supervision.operators.script import Script, Step
+from sceann_hil.supervision.operators.terminal_keys import TerminalKeys
 from sceann_hil.supervision.operators.web import WebPanel
 from sceann_hil.supervision.stopping import Stopped
 

@@ -15,7 +15,9 @@ from pathlib import Path
 from sceann_hil.robot import EndReason
 from sceann_hil.supervision.operators import Desk, Phase, Verb
 from sceann_hil.supervision.operators.console import QUIET_S, Console
-from sceann_hil.supervision.operators.keys import KEYS, Lines, TerminalKeys
+from sceann_hil.supervision.operators.keymap import KEYS
+from sceann_hil.supervision.operators.keys import Lines
+from sceann_hil.supervision.operators.terminal_keys import TerminalKeys
 from tests.supervision.operators.stations import SITUATION, Run, desk_in, until
 
 

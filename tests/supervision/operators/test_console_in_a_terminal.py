@@ -17,9 +17,10 @@ from sceann_hil.journal import JournalReader
 from sceann_hil.supervision.operators import Desk, Phase, Prompt, Verb, console
 from sceann_hil.supervision.operators.console import Console
 from sceann_hil.supervision.operators.draft import Draft
+from sceann_hil.supervision.operators.hits import Hit
 from sceann_hil.supervision.operators.keymap import KeyMap, checked_key
-from sceann_hil.supervision.operators.keys import Hit, TerminalKeys
 from sceann_hil.supervision.operators.prompter import Prompter, ring
+from sceann_hil.supervision.operators.terminal_keys import TerminalKeys
 from tests.supervision.operators.stations import SITUATION, Run, desk_in, until
 from tests.terminal import REPOSITORY, terminal
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from sceann_hil.supervision.operators.keys import KEYS
+from sceann_hil.supervision.operators.keymap import KEYS
 from tests.runs import GOAL, config_of
 
 DOCUMENT = (Path(__file__).parents[3] / "docs" / "operating.md").read_text(encoding="utf-8")

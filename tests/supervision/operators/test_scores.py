@@ -17,7 +17,7 @@ from sceann_hil.journal import JournalReader
 from sceann_hil.run.experiment import Outcome
 from sceann_hil.supervision.operators import Desk, Phase, Situation, Verb, console
 from sceann_hil.supervision.operators.console import Console
-from sceann_hil.supervision.operators.keys import TerminalKeys
+from sceann_hil.supervision.operators.terminal_keys import TerminalKeys
 from sceann_hil.supervision.operators.web import WebPanel
 from tests.runs import GOAL, config_of
 from tests.supervision.operators.browsers import wait

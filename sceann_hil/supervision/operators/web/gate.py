@@ -17,9 +17,10 @@ from __future__ import annotations
 import asyncio
 import selectors
 import socket
+import sys
 import time
 from collections import OrderedDict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Coroutine, Sequence
 from contextlib import suppress
 from functools import lru_cache
 from ipaddress import ip_address
@@ -35,6 +36,7 @@ POLITE_AT_ONCE = 300.0
 ANSWERED_PER_S = 300.0
 SLICE_S = 0.003
 """So long connections are accepted, or looked at, before friends have their turn again."""
+BETWEEN_LOOKS_S = 0.01
 _PEEK = 8192
 _TOO_MANY = b"HTTP/1.1 429 Too Many Requests\r\nConnection: close\r\nContent-Length: 0\r\n\r\n"
 
@@ -43,12 +45,18 @@ Guest = TypeVar("Guest")
 
 def share_of_files(most: int) -> int:
     """So many, but never so many that the run lacks files where a process may open few."""
-    try:
-        import resource
-    except ImportError:  # Windows, which counts otherwise
+    if sys.platform == "win32":
         return most
+    import resource
+
     files, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
     return most if files == resource.RLIM_INFINITY else max(8, min(most, files * 3 // 8))
+
+
+def serve_until_done(work: Coroutine[Any, Any, None]) -> None:
+    """Run an event loop that can watch sockets: on Windows the usual one cannot."""
+    with asyncio.Runner(loop_factory=asyncio.SelectorEventLoop) as runner:
+        runner.run(work)
 
 
 class Crowd(Generic[Guest]):
@@ -142,7 +150,10 @@ class Lobby:
         self._answered = Pace(ANSWERED_PER_S, 10 * ANSWERED_PER_S)
         # all that wait are one thing to look at for the event loop: it does not serve hundreds before a friend
         self._speaking = selectors.DefaultSelector()
-        self._loop.add_reader(self._speaking, self._look_round)
+        if sys.platform == "win32":
+            self._looking = asyncio.create_task(self._look_round_and_round())
+        else:
+            self._loop.add_reader(self._speaking, self._look_round)
         for one in listening:
             self._loop.add_reader(one, self._accept, one)
 
@@ -159,7 +170,10 @@ class Lobby:
             self._loop.remove_reader(one)
             one.close()
         self._waiting.sweep()
-        self._loop.remove_reader(self._speaking)
+        if sys.platform == "win32":
+            self._looking.cancel()
+        else:
+            self._loop.remove_reader(self._speaking)
         self._speaking.close()
 
     def _accept(self, listening: socket.socket) -> None:
@@ -174,6 +188,13 @@ class Lobby:
             if not self._look(connection, address):
                 self._waiting.add(connection, str(address[0]))
                 self._speaking.register(connection, selectors.EVENT_READ, address)
+
+    async def _look_round_and_round(self) -> None:
+        """Where a selector is nothing that an event loop can watch."""
+        while True:
+            if len(self._waiting):
+                self._look_round()
+            await asyncio.sleep(BETWEEN_LOOKS_S)
 
     def _look_round(self) -> None:
         until = time.monotonic() + SLICE_S

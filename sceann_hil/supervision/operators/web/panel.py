@@ -23,6 +23,7 @@ from sceann_hil.supervision.operators.settings import Prompt
 from sceann_hil.supervision.operators.verbs import Verb
 from sceann_hil.supervision.operators.web.access import Access, in_a_link, is_local, reachable_host
 from sceann_hil.supervision.operators.web.document import as_json
+from sceann_hil.supervision.operators.web.gate import serve_until_done
 from sceann_hil.supervision.operators.web.pose import draw_pose
 from sceann_hil.supervision.operators.web.server import ALIVE_S, Behind, Feed, panel_server
 
@@ -90,7 +91,7 @@ class WebPanel(Operator):
         self._over = asyncio.Event()
 
     def _serve(self) -> None:
-        asyncio.run(self._work())
+        serve_until_done(self._work())
 
     async def _work(self) -> None:
         self._loop = loop = asyncio.get_running_loop()

@@ -8,10 +8,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from html import escape
 
-from sceann_hil.robot.drawing import Block, Disc, Drawing, Look, Part, Shades, Shape, Strip
+from sceann_hil.robot.drawing import Block, Disc, Drawing, Fan, Look, Part, Shades, Shape, Strip
 
 WIDTH_PX = 360
 _MARGIN = 12.0
+_LONGEST_FAN_PX = 90.0
 _COLOURS = {
     Look.WALL: "#333333",
     Look.OBSTACLE: "#94a3b8",
@@ -44,11 +45,14 @@ def draw_pose(drawing: Drawing | None, start: Mapping[str, float]) -> str:
     paper = _Paper(complex(_MARGIN - left * scale, height - _MARGIN + bottom * scale), scale)
     shapes = "".join(paper.shape(shape, _Pose()) for shape in drawing.fixed)
     poses: dict[str, _Pose] = {}
-    for part in drawing.parts:
+    for number, part in enumerate(drawing.parts):
+        moved_by = {field for field in (part.x, part.y, part.turn) if field is not None}
+        if moved_by and not moved_by & start.keys():
+            continue  # nobody knows yet where it will be, such as an obstacle that is drawn when the trial begins
         pose = poses[part.name] = _pose(part, start, poses.get(part.on or "", _Pose()))
-        shapes += "".join(paper.fan(fan.at_m, fan.direction_rad, fan.half_width_rad, pose) for fan in part.fans)
+        shapes += "".join(paper.fan(fan, pose) for fan in part.fans)
         shapes += "".join(paper.shape(shape, pose) for shape in part.shapes)
-        if drawing.from_above and part.turn is not None:
+        if drawing.from_above and part.turn is not None and number == 0:
             shapes += paper.arrow(pose, 0.12 * (right - left))
     return _svg(WIDTH_PX, height, shapes)
 
@@ -121,11 +125,11 @@ class _Paper:
                     )
         return cells
 
-    def fan(self, at_m: tuple[float, float], direction_rad: float, half_width_rad: float, pose: _Pose) -> str:
-        """A sensor's field, shortened so that it hides nothing."""
-        reach = 45.0 / self.scale
-        begin = complex(*at_m)
-        ends = (begin + cmath.rect(reach, direction_rad + s * max(half_width_rad, 0.02)) for s in (-1.0, 1.0))
+    def fan(self, fan: Fan, pose: _Pose) -> str:
+        """A sensor's field, as far as it reaches but not so far that it hides the picture."""
+        reach = min(fan.reach_m, _LONGEST_FAN_PX / self.scale)
+        begin = complex(*fan.at_m)
+        ends = (begin + cmath.rect(reach, fan.direction_rad + s * max(fan.half_width_rad, 0.02)) for s in (-1.0, 1.0))
         path = " ".join(f"L{_xy(self.at(pose.place(end)))}" for end in ends)
         return f'<path d="M{_xy(self.at(pose.place(begin)))}{path}z" fill="#94a3b8" opacity="0.25"/>'
 
