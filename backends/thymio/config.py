@@ -47,6 +47,8 @@ class ThymioConfig(ThymioSection):
             raise Misfit("port: expected one of port, host and playground: true", "port", "host", "playground")
         if self.playground and self.twin is None:
             raise Misfit("twin: expected the simulated arena, because playground is true", "twin", "playground")
+        if self.playground and self.twin is not None and any(it.drawn for it in self.twin.world.obstacles):
+            raise Misfit("twin.world.obstacles: expected none that are drawn, because playground is true", "twin")
         count = self.aesl_life.senses.count
         for end in self.ends:
             if end.sensor is not None and end.sensor >= count:
@@ -69,7 +71,7 @@ class ThymioConfig(ThymioSection):
             state_fields=(),
             attended=not self.playground if self.attended is None else self.attended,
             batch_size=1,
-            repeatable=False,
+            deterministic=False,
         )
 
     @property

@@ -14,7 +14,7 @@ from sceann_hil.link.ports import describe_ports
 from sceann_hil.link.statistics import lateness_s
 from sceann_hil.network.controller import SENSOR_MAX
 from sceann_hil.robot import RobotError
-from sceann_hil.robot.diagnosis import Finding, Verdict
+from sceann_hil.robot.diagnosis import Finding, Mover, Verdict
 
 _ASKED = 30
 _TICKS = 30
@@ -25,7 +25,7 @@ _MOVE_S = 0.6
 _SLOW_S = 0.06
 
 
-def examine(connection: Connection, *, may_move: bool) -> Iterator[Finding]:
+def examine(connection: Connection, mover: Mover | None) -> Iterator[Finding]:
     """All checks, until one fails that makes the others pointless."""
     yield Finding("serial ports", Verdict.GOOD, describe_ports())
     try:
@@ -50,8 +50,8 @@ def examine(connection: Connection, *, may_move: bool) -> Iterator[Finding]:
             connection.load("tethered", lambda target: tethered_code(life, target))
             yield from _ticks(node, connection)
             yield _silence(node)
-            if may_move:
-                yield _motors(node)
+            if mover is not None:
+                yield mover("motors", lambda: _motors(node))
             else:
                 advice = "Lift its wheels and add --move to try them."
                 yield Finding("motors", Verdict.NOT_DONE, "the robot was not moved", advice)

@@ -31,7 +31,7 @@ from sceann_hil.robot import (
     TrialObserver,
     Trials,
 )
-from sceann_hil.robot.diagnosis import Finding
+from sceann_hil.robot.diagnosis import Finding, Mover
 from sceann_hil.robot.drawing import Drawing
 from sceann_hil.robot.durations import Durations
 from sceann_hil.robot.sensor_ends import SensorWatch
@@ -108,8 +108,8 @@ class OnboardThymio(Robot):
     def observe(self, observer: TrialObserver | None) -> None:
         self._observer = observer
 
-    def diagnose(self, *, may_move: bool) -> Iterator[Finding]:
-        yield from examine(self._connection, may_move=may_move)
+    def diagnose(self, mover: Mover | None = None) -> Iterator[Finding]:
+        yield from examine(self._connection, mover)
 
     # -- trials -----------------------------------------------------------------------------------------------------
 

@@ -13,7 +13,7 @@ from backends.thymio.doctor import examine
 from sceann_hil.firmware.aesl.program import HEAD, End, motor_target, tethered_code
 from sceann_hil.network.controller import ONE, SENSOR_MAX
 from sceann_hil.robot import EndReason, Health, LinkError, Results, RobotError, RobotSpec, Trials, TrialVoid
-from sceann_hil.robot.diagnosis import Finding
+from sceann_hil.robot.diagnosis import Finding, Mover
 from sceann_hil.robot.drawing import Drawing
 from sceann_hil.robot.durations import Durations
 from sceann_hil.robot.sensor_ends import SensorWatch
@@ -166,5 +166,5 @@ class TetheredThymio(SteppedRobot):
     def make_safe(self, reason: str) -> bool:
         return self._connection.stop()
 
-    def diagnose(self, *, may_move: bool) -> Iterator[Finding]:
-        yield from examine(self._connection, may_move=may_move)
+    def diagnose(self, mover: Mover | None = None) -> Iterator[Finding]:
+        yield from examine(self._connection, mover)

@@ -67,7 +67,7 @@ class ThymioTwinConfig(ThymioSection):
     @property
     def spec(self) -> RobotSpec:
         # a world by itself has no sensors, and is refused
-        self.world.model_copy(update={"ground": (GroundConfig(at_m=(0.0, 0.0)),)}).check(self.arena_m, RADIUS_M)
+        self.world.model_copy(update={"ground": (GroundConfig(at_m=(0.0, 0.0)),)}).check(self.arena_m, (0.0, 0.0), 0.0)
         return self.build().spec
 
     def refuses_start(self, start: Mapping[str, float]) -> str:
@@ -75,8 +75,8 @@ class ThymioTwinConfig(ThymioSection):
         for axis, value, length in zip("xy", point, self.arena_m, strict=True):
             if not RADIUS_M <= value <= length - RADIUS_M:
                 return f"expected {axis} in {RADIUS_M:g}..{length - RADIUS_M:g} m (inside the arena), got {value:g}"
-        thing = self.world.standing_in(point, RADIUS_M)
-        return f"expected a free place, got [{point[0]:g}, {point[1]:g}], where {thing} stands" if thing else ""
+        thing = self.world.standing_in(point, RADIUS_M, (0.0, 0.0), 0.0)
+        return f"expected a free place, got [{point[0]:g}, {point[1]:g}], where {thing}" if thing else ""
 
     def build(self) -> WorldDrive:
         senses = Senses(

@@ -16,6 +16,7 @@ from rich.progress import Progress
 
 from sceann_hil.commands.arguments import AsJson, Genome, RunDirectory, print_json
 from sceann_hil.commands.thymio import aesl_of, flash_thymio, verify_thymio
+from sceann_hil.config.journalled import journalled_config
 from sceann_hil.errors import FirmwareBuildFailed, RobotUnreachable, VerifyDiffers
 from sceann_hil.firmware.build import THYMIO, Board, board_named
 from sceann_hil.firmware.flash import (
@@ -39,7 +40,6 @@ from sceann_hil.link.serial_bus import BAUD
 from sceann_hil.link.session import Refused, RobotLink
 from sceann_hil.link.vocabulary import Op, Status, StoreAction
 from sceann_hil.robot import LinkError
-from sceann_hil.run.replay import journalled_config
 
 BoardName = Annotated[
     str | None,

@@ -214,7 +214,7 @@ def test_a_champion_runs_without_a_host_after_a_press_of_the_button(playground: 
 
 def test_the_doctor_looks_at_everything_and_moves_when_allowed(playground: Playground) -> None:
     robot = thymio(host=playground.host, tick_s=0.06).build()
-    findings = {finding.check: finding for finding in robot.diagnose(may_move=True)}
+    findings = {finding.check: finding for finding in robot.diagnose(lambda _, movement: movement())}
     assert set(findings) == {"serial ports", "robot", "answers", "beat", "sensors", "silence", "motors"}
     assert {name: finding.detail for name, finding in findings.items() if finding.verdict is Verdict.BAD} == {}
 
