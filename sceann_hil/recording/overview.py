@@ -76,9 +76,9 @@ def _paths(run: RecordedRun, generation: RecordedGeneration) -> Iterator[Chunk]:
     drawing = run.drawing
     if drawing is None or not (drawing.swing is not None or has_paths(drawing)):
         return
-    followed = (drawing.parts[0].x, drawing.parts[0].y) if drawing.swing is None else (drawing.swing.field,)
-    if not set(followed) <= set(run.state_fields):
-        # nobody knows where a real robot went; its twin's arena stays empty
+    moving = (drawing.parts[0].x, drawing.parts[0].y) if drawing.swing is None else (drawing.swing.field,)
+    if not set(moving) <= set(run.state_fields):
+        # of most real robots nobody knows where they went
         return
     left, right, bottom, top = drawing.bounds_m
     name, thin = scene.SCENE, max(right - left, top - bottom) / 800
