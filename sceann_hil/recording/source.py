@@ -177,6 +177,8 @@ class RunSource:
 
     def expected_trials(self, number: int) -> int:
         """How many trials of a finished generation were counted."""
+        if self._robot.spec.deterministic:
+            return self._reader.count_counted(number)
         return len(self._drawable(number))
 
     def _counted(self, generation: int) -> list[AttemptRow]:
