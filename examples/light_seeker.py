@@ -10,7 +10,7 @@ from sceann_hil.plugins import RobotConfig
 from sceann_hil.robot import EndReason, LinkError, RobotSpec
 from sceann_hil.robot.stepped import SteppedRobot
 
-SPEC = RobotSpec("light seeker", 3, 2, 0.05, ("x_m", "y_m", "heading_rad"), (), True, 1, repeatable=False)
+SPEC = RobotSpec("light seeker", 3, 2, 0.05, ("x_m", "y_m", "heading_rad"), (), True, 1, deterministic=False)
 
 
 class LightSeeker(SteppedRobot):

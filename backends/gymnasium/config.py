@@ -108,7 +108,7 @@ class GymnasiumConfig(RobotConfig):
             start_fields=START_FIELDS,
             state_fields=tuple(f"observation_{k}" for k in range(len(found.low))),
             batch_size=None,
-            repeatable=True,
+            deterministic=True,
             noise_free=True,
         )
 

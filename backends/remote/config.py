@@ -143,7 +143,7 @@ class RemoteConfig(RobotConfig):
     def _check_twin(self) -> None:
         if self.twin is None:
             return
-        if not self.twin.spec.repeatable:
+        if not self.twin.spec.deterministic:
             raise Misfit(f"twin: expected a simulated robot, got {self.twin.type}", "twin")
         twin = self.twin.spec
         for name, own, its in (
@@ -169,7 +169,7 @@ class RemoteConfig(RobotConfig):
                 state_fields=body.state_fields,
                 attended=attended,
                 batch_size=1,
-                repeatable=False,
+                deterministic=False,
             )
         if self.n_sensors is None or self.n_motors is None or self.tick_s is None or self.start_fields is None:
             raise ValueError(f"expected n_sensors, n_motors, tick_s and start_fields in mode {self.mode}")
@@ -182,7 +182,7 @@ class RemoteConfig(RobotConfig):
             state_fields=(),
             attended=attended,
             batch_size=1,
-            repeatable=False,
+            deterministic=False,
         )
 
     def build(self) -> RemoteRobot:

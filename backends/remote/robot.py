@@ -72,7 +72,7 @@ class RemoteRobot(Robot):
     ) -> None:
         if (body is None) == (settings.mode is Mode.HIL):
             raise ValueError(f"body: expected a simulated body in mode HIL and in no other, got {settings.mode.name}")
-        self._spec = replace(spec, batch_size=1, repeatable=False)
+        self._spec = replace(spec, batch_size=1, deterministic=False)
         self._settings = settings
         self._connection = Connection(self._spec, settings, open_bus)
         self._body = StepwiseBody(body) if body is not None else None

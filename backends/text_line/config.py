@@ -168,7 +168,7 @@ class TextLineConfig(RobotConfig):
             state_fields=(),
             attended=self.attended,
             batch_size=1,
-            repeatable=False,
+            deterministic=False,
         )
 
     def build(self) -> TextLineRobot:

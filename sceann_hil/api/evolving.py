@@ -14,7 +14,7 @@ from sceann_hil.errors import ConfigError, UserError
 from sceann_hil.journal import JOURNAL_NAME
 from sceann_hil.run.experiment import Experiment
 from sceann_hil.run.transfer.session import transfer_config
-from sceann_hil.supervision.operators.staff import beside
+from sceann_hil.supervision.operators.staff import staffed_desk
 
 if TYPE_CHECKING:
     from sceann_hil.run.experiment import Progress
@@ -60,7 +60,7 @@ def evolve(
         report: Callable[[Progress], None] = progress if callable(progress) else lambda _: None
         if progress is True:
             report = stack.enter_context(shown_progress(experiment.config.algorithm.generations))
-        desk = stack.enter_context(beside(robot, experiment.config.operator, print))
+        desk = stack.enter_context(staffed_desk(robot, experiment.config.operator, print))
         experiment.evolve(robot, report, desk=desk)
     return Run(directory)
 

@@ -16,13 +16,14 @@ from sceann_hil.api.frames import frame_of, split_tuples, table
 from sceann_hil.api.individual import Individual
 from sceann_hil.api.simulating import simulate
 from sceann_hil.api.trial import Trial, trials_of
-from sceann_hil.config import ExperimentConfig
+from sceann_hil.config import ExperimentConfig, noted_config
 from sceann_hil.errors import NotARun
 from sceann_hil.journal import AttemptKind, AttemptRow, GenerationRow, IndividualRow, JournalReader, trial_arrays
 from sceann_hil.network.coding import genome_to_hex
 from sceann_hil.robot import Results
+from sceann_hil.run.archive import archive_of
 from sceann_hil.run.champion import champion_or_best_so_far
-from sceann_hil.run.replay import journalled_config, journalled_trials, measured_trace
+from sceann_hil.run.replay import journalled_trials, trace_from_sensors
 
 if TYPE_CHECKING:
     import pandas
@@ -56,9 +57,9 @@ class Run:
         """What it was made with.
 
         Raises:
-            ConfigError, PluginError: a package that it was made with is missing here.
+            ConfigError: a package that it was made with reads it differently by now.
         """
-        return journalled_config(self._reader)
+        return noted_config(self._reader)
 
     @property
     def finished(self) -> bool:
@@ -135,11 +136,7 @@ class Run:
         Raises:
             NotARun: the run's algorithm keeps none, or none of its generations has begun.
         """
-        last = self._reader.last_generation()
-        algorithm = self.config.algorithm.build(self.config.genome_length)
-        archive = None
-        if last is not None:
-            archive = algorithm.archive(algorithm.load(self._reader.algorithm_state(last.number)))
+        archive = archive_of(self._reader, self.config)
         if archive is None:
             raise NotARun(f"{self.directory}: the algorithm {self.config.algorithm.type} keeps no archive.", "")
         cells = [f"cell_{name}" for name in archive.names]
@@ -268,14 +265,14 @@ class Run:
     def _traced(self, individual: Individual, attempts: list[AttemptRow]) -> list[Trial]:
         config, task, phenotype = self.config, self.config.build_task(), individual.phenotype
         spec = config.robot.spec
-        if spec.repeatable:
+        if spec.deterministic:
             with config.robot.build() as robot:
                 results = robot.trace(journalled_trials(self._reader, config, attempts))
         else:
             found = [
                 (row, trace)
                 for row in attempts
-                if (trace := measured_trace(self._reader, row.id, individual.weight_matrix, phenotype)) is not None
+                if (trace := trace_from_sensors(self._reader, row.id, individual.weight_matrix, phenotype)) is not None
             ]
             attempts = [row for row, _ in found]
             results = Results(

@@ -49,7 +49,7 @@ from sceann_hil.run.ancestor import Ancestor, Take
 from sceann_hil.run.champion import champion_of
 from sceann_hil.run.experiment import Experiment, Outcome
 from sceann_hil.supervision.operators import Desk
-from sceann_hil.supervision.operators.staff import beside
+from sceann_hil.supervision.operators.staff import staffed_desk
 from sceann_hil.supervision.signals import Signals
 from sceann_hil.supervision.stopping import StopRequest
 from sceann_hil.timespans import duration_text
@@ -217,7 +217,7 @@ def run_experiment(
         signals = Signals(show, first=StopRequest.AFTER_GENERATION, soon=lambda: _soon(desk))
         with (
             signals.watched(),
-            beside(robot, settings, show, signals.request) as desk,
+            staffed_desk(robot, settings, show, signals.request) as desk,
             watched(
                 experiment.directory, console, signals.request, watch_s, own_keys=not desk.asks, viewer=viewer
             ) as watch,
@@ -229,7 +229,7 @@ def run_experiment(
                 picture=watch.picture if watch is not None else None,
             ) as report,
         ):
-            signals.beside(robot, desk)
+            signals.guard(robot, desk)
             if watch is None:
                 outcome = experiment.evolve(robot, report, signals.request, desk, more)
             else:

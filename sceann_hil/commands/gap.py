@@ -25,16 +25,15 @@ from sceann_hil.commands.arguments import (
     operator_override,
     print_json,
 )
-from sceann_hil.commands.measured import measured
+from sceann_hil.commands.measure import measure
 from sceann_hil.commands.printing import print_table
-from sceann_hil.config import ExperimentConfig, with_robot_of
+from sceann_hil.config import ExperimentConfig, journalled_config, with_robot_of
 from sceann_hil.errors import ConfigError, NotARun
 from sceann_hil.journal import AttemptKind, IndividualRow, JournalReader
 from sceann_hil.places import make_folder
 from sceann_hil.robot import GapEstimate
 from sceann_hil.robot.signal_names import motor_names, sensor_names
 from sceann_hil.run.chosen import chosen_individual
-from sceann_hil.run.replay import journalled_config
 from sceann_hil.study.gap import GapReport, Spread, estimate_rows, gap_section
 from sceann_hil.supervision.drift import Drift
 from sceann_hil.timespans import duration_text
@@ -81,8 +80,8 @@ def compare(
     # before the robot moves: a place that cannot be written to must not cost a measurement
     folder = _folder(directory, "compare")
     names = [row.genome for row in rows]
-    there, timing = measured(directory, real, "compare", genomes, repeats, more)
-    here, _ = measured(directory, simulated, "compare", genomes, repeats, more)
+    there, timing = measure(directory, real, "compare", genomes, repeats, more)
+    here, _ = measure(directory, simulated, "compare", genomes, repeats, more)
     with simulated.robot.build() as body:
         estimate = body.estimate_gap(there.starts, there.traces) if there.traces else None
     report = GapReport.of(names, here, there, estimate)
@@ -134,7 +133,7 @@ def repeat(
     if note:
         typer.echo(f"note: {note}", err=True)
     folder = _folder(directory, "repeat")
-    measurement, _ = measured(directory, config, "repeat", row.genome_bits(config.genome_length)[None], n, more)
+    measurement, _ = measure(directory, config, "repeat", row.genome_bits(config.genome_length)[None], n, more)
     fitness = measurement.repeats[0]
     spread = Spread.of(fitness)
     task = config.build_task()
@@ -206,12 +205,12 @@ def _pair(config: ExperimentConfig, on: Path | None, operator: str | None) -> tu
     other = None
     if on is not None:
         other = with_robot_of(config, on).with_changes(settings=operator_override(operator))
-    if config.robot.spec.repeatable and other is not None:
+    if config.robot.spec.deterministic and other is not None:
         return config, other
     body = config.robot.simulated
-    if not config.robot.spec.repeatable and (other is not None or body is not None):
+    if not config.robot.spec.deterministic and (other is not None or body is not None):
         simulated = other if other is not None else config.model_copy(update={"robot": body})
-        if simulated.robot.spec.repeatable:
+        if simulated.robot.spec.deterministic:
             return simulated, config
     raise ConfigError(
         f"compare needs a simulated robot and another one; the run's own is {config.robot.spec.name}.",

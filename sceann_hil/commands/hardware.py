@@ -24,7 +24,7 @@ from sceann_hil.run.examination import examined
 from sceann_hil.run.experiment import Experiment
 from sceann_hil.run.session import Presence
 from sceann_hil.supervision.operators import Desk
-from sceann_hil.supervision.operators.staff import beside
+from sceann_hil.supervision.operators.staff import staffed_desk
 from sceann_hil.supervision.signals import Signals
 from sceann_hil.supervision.stopping import Stopped
 
@@ -76,8 +76,8 @@ def doctor(
             run = block.enter_context(_run(config, out, robot.stem))
         block.enter_context(signals.watched())
         if move:
-            desk = block.enter_context(beside(body, config.operator, show, signals.request))
-        signals.beside(body, desk)
+            desk = block.enter_context(staffed_desk(body, config.operator, show, signals.request))
+        signals.guard(body, desk)
         journal = run.journal if run is not None else None
         checks = block.enter_context(closing(examined(body, config, Presence(desk, signals.request), journal)))
         for finding in checks:

@@ -133,6 +133,8 @@ class _Clocked(Progress):
             yield self._picture()
         yield from super().get_renderables()
         if self._desk is not None and self._clock is not None:
+            if remark := self._desk.view().status.remark:
+                yield Text(remark)
             yield Text(self._clock.line(self._desk.view()), overflow="ellipsis", no_wrap=True)
         if self._desk is not None and (typed := self._desk.typing):
             yield Text(_end_of(f"{typed}_", self.console.width), no_wrap=True)
@@ -205,10 +207,18 @@ def _lines(console: Console) -> Iterator[Callable[[RunProgress], None]]:
 def _lines_by_trial(console: Console, desk: Desk) -> Iterator[Callable[[RunProgress], None]]:
     """Lines of generations, and between them one now and then of the newest trial."""
     over = threading.Event()
+    remarked = ""
+
+    def tell_remark() -> None:
+        nonlocal remarked
+        if (remark := desk.view().status.remark) and remark != remarked:
+            remarked = remark
+            console.print(remark, markup=False, soft_wrap=True)
 
     def watch() -> None:
         shown, waiting = None, ""
         while not over.wait(_SECONDS_BETWEEN_LINES):
+            tell_remark()
             view = desk.view()
             newest = view.history[0] if view.history else None
             if view.phase is Phase.SUSPENDED and view.reason != waiting:
@@ -228,7 +238,13 @@ def _lines_by_trial(console: Console, desk: Desk) -> Iterator[Callable[[RunProgr
     watcher.start()
     try:
         with _lines(console) as report:
-            yield report
+
+            def told(progress: RunProgress) -> None:
+                # trials may be shorter than the time between two looks
+                tell_remark()
+                report(progress)
+
+            yield told
     finally:
         over.set()
         watcher.join()

@@ -14,14 +14,13 @@ from rich.table import Table
 from sceann_hil.commands.arguments import AsJson, ConfigFile, Overrides, Seed, overrides_of, print_json
 from sceann_hil.commands.printing import print_table
 from sceann_hil.commands.progress import show_preparation, show_progress
-from sceann_hil.config import load_config, with_robot_of
+from sceann_hil.config import journalled_config, load_config, with_robot_of
 from sceann_hil.journal import JournalReader
 from sceann_hil.run.champion import champion_of
 from sceann_hil.run.experiment import Experiment, Outcome
 from sceann_hil.run.plan import PROMPT_S
 from sceann_hil.run.rehearsal import rehearsal
-from sceann_hil.run.replay import journalled_config
-from sceann_hil.supervision.operators.staff import beside
+from sceann_hil.supervision.operators.staff import staffed_desk
 from sceann_hil.timespans import duration_text
 
 
@@ -66,7 +65,7 @@ def rehearse(
         with show_preparation(console) as preparing:
             play.config.algorithm.prepare(play.config, preparing)
         robot = open_ones.enter_context(play.robot)
-        desk = open_ones.enter_context(beside(robot, play.config.operator, lambda _: None))
+        desk = open_ones.enter_context(staffed_desk(robot, play.config.operator, lambda _: None))
         report = open_ones.enter_context(show_progress(console, play.config.algorithm.generations, desk))
         outcome = experiment.evolve(robot, report, desk=desk)
         document = _document(experiment.journal.reader, outcome, prompt_s, play.config.operator.confirm)

@@ -16,7 +16,7 @@ def register(app: typer.Typer) -> None:
 
 def report(
     directory: Annotated[
-        Path, typer.Argument(metavar="DIR", help="Folder of a study, or of several.", show_default=False)
+        Path, typer.Argument(metavar="DIR", help="Folder of a study, of several, or of a run.", show_default=False)
     ],
     out: Annotated[
         Path | None, typer.Option("--out", metavar="DIR", help="Where the report goes.", show_default="DIR/report")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import ClassVar, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +55,13 @@ class Archive:
         grid[tuple(self.places.T)] = self.fitness
         return grid
 
+    @property
+    def plane(self) -> NDArray[np.float64]:
+        """`grid` over the first two axes, the best of all further ones, shape ``(cells, cells)``; one axis is a row."""
+        grid = self.grid.reshape(*self.cells[:2], -1) if len(self.cells) > 1 else self.grid[:, None, None]
+        best = np.where(np.isnan(grid), -np.inf, grid).max(axis=2)
+        return np.where(np.isinf(best), np.nan, best)
+
 
 StateT = TypeVar("StateT", bound=State)
 
@@ -69,6 +76,9 @@ class Algorithm(ABC, Generic[StateT]):
             fitness = evaluate(algorithm.ask(state))
             state = algorithm.tell(state, fitness, rng)
     """
+
+    attended: ClassVar[bool] = False
+    """It is told of people's time, see `tell_attended`."""
 
     @abstractmethod
     def start(self, rng: np.random.Generator) -> StateT:
@@ -98,7 +108,7 @@ class Algorithm(ABC, Generic[StateT]):
             ValueError: wrong shape, or a fitness that is not a number (a failed trial is never a number).
         """
 
-    def tell_measured(
+    def tell_with_measures(
         self,
         state: StateT,
         fitness: NDArray[np.float64],
@@ -118,6 +128,24 @@ class Algorithm(ABC, Generic[StateT]):
 
         Raises:
             ValueError: as in `tell`, or measures that are not finite numbers.
+        """
+        return self.tell(state, fitness, rng)
+
+    def tell_attended(
+        self, state: StateT, fitness: NDArray[np.float64], operator_s: float, rng: np.random.Generator
+    ) -> StateT:
+        """As `tell`, with the time that a person needed for this generation.
+
+        Only algorithms that are `attended` are told it; the default ignores it.
+
+        Args:
+            state: as in `tell`.
+            fitness: as in `tell`.
+            operator_s: for all attempts of its trials, void ones too; 0 if nobody was asked.
+            rng: as in `tell`.
+
+        Raises:
+            ValueError: as in `tell`.
         """
         return self.tell(state, fitness, rng)
 

@@ -87,10 +87,10 @@ class MapElites(Algorithm[MapElitesState]):
         return self._first(filled_population(genomes, *self._shape))
 
     def tell(self, state: MapElitesState, fitness: NDArray[np.float64], rng: np.random.Generator) -> MapElitesState:
-        """Not without measures: see `tell_measured`."""
+        """Not without measures: see `tell_with_measures`."""
         raise ValueError(f"measures: expected {', '.join(self._config.measures)} of every individual, got none")
 
-    def tell_measured(
+    def tell_with_measures(
         self,
         state: MapElitesState,
         fitness: NDArray[np.float64],

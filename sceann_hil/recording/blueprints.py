@@ -9,7 +9,7 @@ import rerun.blueprint as rrb
 import rerun.blueprint.table as rrt
 from rerun import LineStrips2D, Points2D
 
-from sceann_hil.recording import network, overview, scene, solid, style
+from sceann_hil.recording import elites, network, overview, scene, solid, style
 from sceann_hil.recording.chunks import PROPERTY
 from sceann_hil.recording.columns import GENERATION, STEP, TRIAL_TIME
 from sceann_hil.recording.trial import RecordedRun
@@ -34,7 +34,11 @@ def trial_blueprint(run: RecordedRun) -> rrb.Blueprint:
     if run.accumulation is not None:
         signals += [
             _curves("Value of each step", "/signals/value", legend=False),
-            _curves(f"Fitness so far ({run.accumulation.combine} of the values)", "/signals/worth", legend=False),
+            _curves(
+                f"Fitness so far ({run.accumulation.combine.replace('_', ' ')} of the values)",
+                "/signals/worth",
+                legend=False,
+            ),
         ]
     about = rrb.TextDocumentView(origin="/info", name="Trial")
     right = rrb.Vertical(_network_view("Controller and its activity"), about, row_shares=[3, 1.5])
@@ -99,10 +103,26 @@ def run_blueprint(run: RecordedRun) -> rrb.Blueprint:
         rrb.TextDocumentView(origin="/config", name="Run"),
         row_shares=[3, 1.6, 1.2, 1.6],
     )
-    everyone = _everyone(run.drawing)
+    everyone = _middle([view for view in (_everyone(run.drawing), _map_view() if run.has_map else None) if view])
     if everyone is None:
         return _screen(rrb.Horizontal(left, right), GENERATION)
     return _screen(rrb.Horizontal(left, everyone, right, column_shares=[3, 4, 3]), GENERATION)
+
+
+def _middle(views: list[rrb.View]) -> rrb.View | rrb.Container | None:
+    if len(views) < 2:
+        return views[0] if views else None
+    return rrb.Vertical(*views)
+
+
+def _map_view() -> rrb.View:
+    x_range, y_range = elites.BOUNDS
+    return rrb.Spatial2DView(
+        origin=elites.ELITES,
+        name="Map of different controllers",
+        background=_DARK,
+        visual_bounds=rrb.VisualBounds2D(x_range=x_range, y_range=y_range),
+    )
 
 
 def _everyone(drawing: Drawing | None) -> rrb.View | None:

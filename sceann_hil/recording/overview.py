@@ -10,7 +10,8 @@ import yaml
 from numpy.typing import NDArray
 from rerun.chunk import Chunk
 
-from sceann_hil.recording import network, scene, style
+from sceann_hil.evolution.algorithm import Archive
+from sceann_hil.recording import elites, network, scene, style
 from sceann_hil.recording.columns import at_generation, once, static
 from sceann_hil.recording.source import RecordedGeneration
 from sceann_hil.recording.trial import RecordedRun, RecordedTrial
@@ -24,7 +25,7 @@ SWING_BOUNDS = ((-1.0, 10.4), (-5.6, 5.6))
 """What a view of it should show: x range, y range (y points down)."""
 
 
-def overview_start(run: RecordedRun, config: str, seed: int) -> Iterator[Chunk]:
+def overview_start(run: RecordedRun, config: str, seed: int, archive: Archive | None = None) -> Iterator[Chunk]:
     """What holds for all generations: styles, surroundings, the run's configuration."""
     yield static("/config", rr.TextDocument(_config_table(run, config, seed), media_type="text/markdown"))
     yield static(
@@ -43,6 +44,8 @@ def overview_start(run: RecordedRun, config: str, seed: int) -> Iterator[Chunk]:
     elif run.drawing is not None:
         yield from scene.ground(run.drawing)
     yield from network.network_scenery(run)
+    if archive is not None:
+        yield from elites.map_scenery(archive)
 
 
 def overview_generation(run: RecordedRun, generation: RecordedGeneration) -> Iterator[Chunk]:
@@ -64,12 +67,18 @@ def overview_generation(run: RecordedRun, generation: RecordedGeneration) -> Ite
     picture = style.weight_image(generation.weights.reshape(len(fitness), -1)[order])
     yield once("/population/weights", when, rr.Image(picture))
     yield once("/population/fitness", when, rr.BarChart(fitness[order], color=style.TRAIL))
+    if generation.archive is not None:
+        yield from elites.map_of(generation.archive, row.number)
 
 
 def _paths(run: RecordedRun, generation: RecordedGeneration) -> Iterator[Chunk]:
     """Everyone's trials from red (worst) to blue (best), the champion's on top."""
     drawing = run.drawing
     if drawing is None or not (drawing.swing is not None or has_paths(drawing)):
+        return
+    moving = (drawing.parts[0].x, drawing.parts[0].y) if drawing.swing is None else (drawing.swing.field,)
+    if not set(moving) <= set(run.state_fields):
+        # of most real robots nobody knows where they went
         return
     left, right, bottom, top = drawing.bounds_m
     name, thin = scene.SCENE, max(right - left, top - bottom) / 800

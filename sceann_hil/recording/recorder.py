@@ -131,7 +131,7 @@ class Recorder:
         with rrd.replacing(paths.scenery) as part:
             rrd.write_recording(part, chunks.shared_chunks(run), application_id=run.experiment, recording_id="scenery")
         with rrd.replacing(paths.overview_start) as part:
-            start = overview.overview_start(run, self._source.config, self._source.seed)
+            start = overview.overview_start(run, self._source.config, self._source.seed, self._source.empty_archive)
             rrd.write_recording(part, start, application_id=self._overview_application, recording_id=run.name)
         with rrd.replacing(paths.trial_blueprint) as part:
             blueprints.trial_blueprint(run).save(run.experiment, str(part))

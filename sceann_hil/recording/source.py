@@ -9,16 +9,18 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.config import parse_config
+from sceann_hil.config import journalled_config
 from sceann_hil.errors import ReplayDiffers
-from sceann_hil.journal import JOURNAL_NAME, AttemptRow, GenerationRow, JournalReader
+from sceann_hil.evolution.algorithm import Archive
+from sceann_hil.journal import AttemptRow, GenerationRow, JournalReader, RunRow
 from sceann_hil.journal.again import sound_trials, trial_arrays
 from sceann_hil.network.coding import Weights
 from sceann_hil.network.controller import Dynamics, state_hash
 from sceann_hil.recording.trial import RecordedRun, RecordedTrial, as_id
 from sceann_hil.robot import EndReason, Trace
+from sceann_hil.run.archive import archive_of, empty_archive
 from sceann_hil.run.champion import best_so_far
-from sceann_hil.run.replay import measured_trace
+from sceann_hil.run.replay import trace_from_sensors
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +34,7 @@ class RecordedGeneration:
         champion: the best individual; the first of equals.
         trials: all trials that were counted, in the order of their ids.
         notes: what the journal noted in it: kind and message.
+        archive: the map that it came from; None if its algorithm keeps none.
     """
 
     row: GenerationRow
@@ -40,6 +43,12 @@ class RecordedGeneration:
     champion: int
     trials: Sequence[RecordedTrial]
     notes: Sequence[tuple[str, str]]
+    archive: Archive | None = None
+
+
+def recorded_name(run: RunRow) -> str:
+    """What recordings call a run."""
+    return as_id(f"{run.name}-{run.root_seed}")
 
 
 class RunSource:
@@ -56,17 +65,17 @@ class RunSource:
 
         Raises:
             NotARun, RunIsNewer, RunIsDamaged: it cannot be read.
-            ConfigError, PluginError: its configuration needs a package that is not there.
+            PackageMissing, ConfigError: its configuration needs a package that is not there, or in another version.
         """
         self._reader = JournalReader(run_dir)
         row = self._reader.run()
         self.config, self.seed = row.config, row.root_seed
-        config = parse_config(row.config, f"the configuration in {run_dir / JOURNAL_NAME}")
+        config = self._config = journalled_config(self._reader)
         self._robot, self._task = config.robot.build(), config.build_task()
         self._phenotype = config.phenotype
         spec = self._robot.spec
         self.run = RecordedRun(
-            name=as_id(f"{row.name}-{row.root_seed}"),
+            name=recorded_name(row),
             experiment=as_id(row.name),
             robot=spec.name,
             size=config.size,
@@ -77,13 +86,14 @@ class RunSource:
             start_fields=spec.start_fields,
             state_fields=self._robot.spec.state_fields,
             accumulation=self._task.accumulation,
+            has_map=bool(config.algorithm.measures),
         )
-        if spec.repeatable:
+        if spec.deterministic:
             self._robot.connect()
 
     def close(self) -> None:
         """Let go of journal and robot."""
-        if self._robot.spec.repeatable:
+        if self._robot.spec.deterministic:
             self._robot.disconnect()
         self._reader.close()
 
@@ -119,7 +129,14 @@ class RunSource:
         fitness, weights, champion = self._population(number)
         notes = [(kind, message) for _, generation, kind, message in self._reader.events() if generation == number]
         trials = self._with_traces(self._drawable(number), weights, champion)
-        return RecordedGeneration(row, fitness, weights, champion, trials, notes)
+        return RecordedGeneration(
+            row, fitness, weights, champion, trials, notes, archive_of(self._reader, self._config, number)
+        )
+
+    @property
+    def empty_archive(self) -> Archive | None:
+        """The axes of the map; None if the algorithm keeps none."""
+        return empty_archive(self._config)
 
     def trials_of_best(self, number: int) -> list[RecordedTrial]:
         """The counted trials of a finished generation's best individual, in the order of their ids, with traces.
@@ -155,11 +172,13 @@ class RunSource:
         return fitness, self._phenotype.decode(genomes), int(fitness.argmax())
 
     def _with_traces(self, attempts: list[AttemptRow], weights: Weights, champion: int) -> list[RecordedTrial]:
-        traced = self._traced if self._robot.spec.repeatable else self._measured
+        traced = self._traced if self._robot.spec.deterministic else self._measured
         return traced(attempts, weights, champion)
 
     def expected_trials(self, number: int) -> int:
         """How many trials of a finished generation were counted."""
+        if self._robot.spec.deterministic:
+            return self._reader.count_counted(number)
         return len(self._drawable(number))
 
     def _counted(self, generation: int) -> list[AttemptRow]:
@@ -168,15 +187,15 @@ class RunSource:
     def _drawable(self, generation: int) -> list[AttemptRow]:
         """Counted attempts of which more is known than their result."""
         counted = self._counted(generation)
-        if self._robot.spec.repeatable:
+        if self._robot.spec.deterministic:
             return counted
-        return [row for row in counted if self._reader.measured(row.id) is not None]
+        return [row for row in counted if self._reader.sensor_trace(row.id) is not None]
 
     def _measured(self, attempts: list[AttemptRow], weights: Weights, champion: int) -> list[RecordedTrial]:
         """Trials that nobody can repeat, from what the robot sent: it must agree with what the journal says."""
         recorded = []
         for row in attempts:
-            trace = measured_trace(self._reader, row.id, weights[row.individual], self._phenotype)
+            trace = trace_from_sensors(self._reader, row.id, weights[row.individual], self._phenotype)
             if trace is not None and row.end_reason is not None:
                 _must_agree(row, (row.end_reason, len(trace.sensors), state_hash(trace.u)))
                 recorded.append(_recorded(row, trace, weights, champion))

@@ -126,6 +126,17 @@ def rank_colours(count: int) -> NDArray[np.uint32]:
     return packed(np.array([238, 99, 82]) * (1.0 - q) + np.array([89, 171, 227]) * q)[:count]
 
 
+_MAP = np.array([[68, 30, 110], [48, 104, 142], [53, 183, 121], [253, 231, 37]], np.float64)
+_EMPTY = np.array([30, 33, 38], np.uint8)
+
+
+def map_image(values: NDArray[np.floating], low: float, high: float) -> NDArray[np.uint8]:
+    """From violet for `low` over green to yellow for `high`, dark for NaN; RGB, shape ``(*values.shape, 3)``."""
+    place = np.clip((np.nan_to_num(values, nan=low) - low) / max(high - low, 1e-12), 0.0, 1.0) * (len(_MAP) - 1)
+    image = np.stack([np.interp(place, np.arange(len(_MAP)), _MAP[:, c]) for c in range(3)], axis=-1)
+    return np.where(np.isnan(values)[..., None], _EMPTY, image.round().astype(np.uint8))
+
+
 def weight_image(weights: NDArray[np.integer]) -> NDArray[np.uint8]:
     """Blue for +1, red for -1, dark for 0; RGB, shape ``(*weights.shape, 3)``."""
     table = np.array([[238, 99, 82], [30, 33, 38], [89, 171, 227]], np.uint8)

@@ -33,6 +33,7 @@ class RecordedRun:
         drawing: what the robot looks like; None for signals only.
         start_fields: names of the values of a trial's start.
         accumulation: what the task adds up over a trial's steps, if it does.
+        has_map: its algorithm keeps a map of different controllers.
     """
 
     name: str
@@ -46,6 +47,7 @@ class RecordedRun:
     drawing: Drawing | None
     start_fields: tuple[str, ...] = ()
     accumulation: Accumulation | None = None
+    has_map: bool = False
 
     @cached_property
     def sensor_names(self) -> tuple[str, ...]:

@@ -62,7 +62,7 @@ class Robot(ABC):
         """
 
     def trace(self, trials: Trials) -> Results:
-        """Like `run`, with a `Trace` of every trial; only a repeatable robot can be asked this about the past.
+        """Like `run`, with a `Trace` of every trial; only a deterministic robot can be asked this about the past.
 
         Raises:
             NotImplementedError: this robot delivers its traces with `run`, or not at all.
@@ -84,10 +84,10 @@ class Robot(ABC):
     def settle(self, trials: Trials) -> Results:
         """What became of trials whose start was journalled and whose outcome never was (the host died in between).
 
-        A repeatable robot simply runs them again. Any other must not make up a result: unless it remembers the
+        A deterministic robot simply runs them again. Any other must not make up a result: unless it remembers the
         trial, the attempt is void.
         """
-        if self.spec.repeatable:
+        if self.spec.deterministic:
             return self.run(trials)
         return Results.void(len(trials), EndReason.LINK_LOST, len(self.spec.state_fields))
 

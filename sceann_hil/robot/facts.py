@@ -18,7 +18,7 @@ class RobotSpec:
         state_fields: names, with units, of the body's state in traces and final states.
         attended: a person stands beside it, so prompts make sense.
         batch_size: how many trials `Robot.run` takes at once; None for any number.
-        repeatable: the same trial gives the same bits again, so nothing is lost by running it twice.
+        deterministic: the same trial gives the same bits again, so nothing is lost by running it twice.
         noise_free: a trial's noise key has no influence on it, so equal weights and starts give equal results.
     """
 
@@ -30,7 +30,7 @@ class RobotSpec:
     state_fields: tuple[str, ...]
     attended: bool = False
     batch_size: int | None = None
-    repeatable: bool = True
+    deterministic: bool = True
     noise_free: bool = False
 
     @property

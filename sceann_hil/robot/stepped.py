@@ -42,7 +42,7 @@ _VOID: tuple[tuple[type[Exception], EndReason], ...] = (
 class SteppedRobot(Robot):
     """A robot that is read and driven one control step at a time, with the controller on this computer.
 
-    A subclass gives `spec` (with ``batch_size=1`` and ``repeatable=False`` for anything real) and the four methods
+    A subclass gives `spec` (with ``batch_size=1`` and ``deterministic=False`` for anything real) and the four methods
     below. Any of them may raise a `RobotError`: the motors are made safe and the attempt is void, never a number.
 
     Attributes:
@@ -115,8 +115,8 @@ class SteppedRobot(Robot):
         return self._run_all(trials)
 
     def trace(self, trials: Trials) -> Results:
-        """Run the trials of a repeatable robot again; see `run`."""
-        return self._run_all(trials) if self.spec.repeatable else super().trace(trials)
+        """Run the trials of a deterministic robot again; see `run`."""
+        return self._run_all(trials) if self.spec.deterministic else super().trace(trials)
 
     def _run_all(self, trials: Trials) -> Results:
         spec, size = self.spec, trials.size

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sceann_hil.config import ExperimentConfig, parse_config
+from sceann_hil.config import ExperimentConfig, journalled_config
 from sceann_hil.errors import ConfigError, NotARun
 from sceann_hil.evolution import Algorithm, State
 from sceann_hil.journal import FirstGeneration, IndividualRow, JournalReader
@@ -52,7 +52,7 @@ class Ancestor:
             reader.close()
 
     def _first_generation(self, reader: JournalReader, config: ExperimentConfig) -> FirstGeneration:
-        theirs = parse_config(reader.run().config, f"{self.directory}: journalled configuration")
+        theirs = journalled_config(reader)
         self._check(theirs, config)
         finished = reader.generations(finished=True)
         if not finished:
@@ -105,7 +105,7 @@ class Ancestor:
             return same, [best.id] * len(same.genomes)
         nothing = np.zeros(len(same.genomes))
         measures = np.zeros((len(same.genomes), len(config.algorithm.measures)))
-        children: State = algorithm.tell_measured(same, nothing, measures, rng)
+        children: State = algorithm.tell_with_measures(same, nothing, measures, rng)
         return replace(children, parents=np.full(len(children.genomes), -1, np.int32)), [best.id] * len(
             children.genomes
         )

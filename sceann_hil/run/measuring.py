@@ -31,7 +31,7 @@ from sceann_hil.network.coding import Bits, genome_from_hex, genome_to_hex
 from sceann_hil.network.phenotype import Phenotype
 from sceann_hil.robot import EndReason, Results, Robot, RobotError, Trace
 from sceann_hil.robot.task import Task
-from sceann_hil.run.replay import measured_trace
+from sceann_hil.run.replay import trace_from_sensors
 from sceann_hil.run.session import Presence, begin_session
 from sceann_hil.run.trial_runner import Places, TrialRunner, TrialSet
 from sceann_hil.seeds import Purpose, keys
@@ -151,7 +151,7 @@ class Measuring:
         def told(_: Places, __: Results, fitness: NDArray[np.float64]) -> None:
             report(int((~np.isnan(trials.fitness)).sum()), len(trials.fitness), float(fitness[-1]))
 
-        trials.told = told
+        trials.on_counted = told
         self._recall(trials)
         everything = np.arange(len(trials.genome))
         n_open = len(trials.open(everything))
@@ -163,7 +163,7 @@ class Measuring:
         """What the robot sent in a trial, and the neurons computed from it; None if it sends nothing."""
         phenotype = self._runner.phenotype
         bits = genome_from_hex(counted.genome, phenotype.genome_length)
-        return measured_trace(self._runner.journal.reader, counted.id, phenotype.decode(bits[None])[0], phenotype)
+        return trace_from_sensors(self._runner.journal.reader, counted.id, phenotype.decode(bits[None])[0], phenotype)
 
     def _set(
         self, genomes: Bits, genome: NDArray[np.int64], repeat: NDArray[np.int64], trial: NDArray[np.int64]
@@ -264,10 +264,13 @@ def measuring(
 
 def _circumstances(config: ExperimentConfig, robot: Robot) -> dict[str, object]:
     """What trials must have in common to belong to one measurement; a port may have another name the next day."""
+    spec = asdict(robot.spec)
+    # journals know it by this name, and what was begun under it goes on
+    spec["repeatable"] = spec.pop("deterministic")
     return {
         "task": config.task.model_dump(mode="json"),
         "controller": config.controller.model_dump(mode="json"),
-        "robot": asdict(robot.spec),
+        "robot": spec,
         "seed": config.seed,
     }
 

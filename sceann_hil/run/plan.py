@@ -73,7 +73,7 @@ class Plan:
             longest_robot_s=trials * longest_trial_s,
             prompts=prompts,
             longest_wall_s=longest_wall_s,
-            simulated=spec.repeatable,
+            simulated=spec.deterministic,
             recording_bytes=trials * (_RECORDED_BYTES + _RECORDED_BYTES_PER_STEP * task.max_steps),
             recording_s=trials * (_RECORDED_S + _RECORDED_S_PER_STEP * task.max_steps),
             fits=_fits(config, Amounts(trials * longest_trial_s, longest_wall_s, float(trials))),

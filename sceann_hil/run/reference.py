@@ -9,7 +9,7 @@ from sceann_hil.network.coding import genome_from_hex
 from sceann_hil.run.trial_runner import TrialRunner, TrialSet
 from sceann_hil.seeds import Purpose, keys
 from sceann_hil.supervision.drift import Drift
-from sceann_hil.supervision.drift_settings import ReferenceConfig
+from sceann_hil.supervision.reference_settings import ReferenceConfig
 
 
 class ReferenceRuns:
@@ -35,7 +35,7 @@ class ReferenceRuns:
             Stopped, TrialVoid, RobotError: as in `TrialRunner.run`.
         """
         every, reader = self._settings.every, self._runner.journal.reader
-        if every is None or self._runner.robot.spec.repeatable:
+        if every is None or self._runner.robot.spec.deterministic:
             return
         rows = reader.attempts_of_kind(AttemptKind.REFERENCE)
         counted_last = bool(rows) and rows[-1].fitness is not None

@@ -41,13 +41,13 @@ class StandIn(Robot):
     Args:
         body: simulated.
         attended: whether the real one needs a person.
-        repeatable: whether the real one can repeat a trial; one that cannot has reference runs.
+        deterministic: whether the real one can repeat a trial; one that cannot has reference runs.
     """
 
-    def __init__(self, body: Robot, *, attended: bool, repeatable: bool) -> None:
+    def __init__(self, body: Robot, *, attended: bool, deterministic: bool) -> None:
         self._body = body
         name = f"stand-in for the robot ({body.spec.name})"
-        self._spec = replace(body.spec, name=name, attended=attended, batch_size=1, repeatable=repeatable)
+        self._spec = replace(body.spec, name=name, attended=attended, batch_size=1, deterministic=deterministic)
 
     @property
     def spec(self) -> RobotSpec:
@@ -107,7 +107,7 @@ def rehearsal(
         robot = (
             checked.robot.build()
             if twin
-            else StandIn(simulated.build(), attended=attended, repeatable=real.spec.repeatable)
+            else StandIn(simulated.build(), attended=attended, deterministic=real.spec.deterministic)
         )
         yield Rehearsal(checked, robot)
 

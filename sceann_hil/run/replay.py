@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sceann_hil.config import ExperimentConfig, parse_config
+from sceann_hil.config import ExperimentConfig
 from sceann_hil.errors import NotARun
 from sceann_hil.journal import AttemptRow, JournalReader, sound_trials, trial_arrays
 from sceann_hil.network.coding import Weights
@@ -29,11 +29,6 @@ class Comparison:
         return self.journalled == self.replayed
 
 
-def journalled_config(reader: JournalReader) -> ExperimentConfig:
-    """The configuration that a run was made with."""
-    return parse_config(reader.run().config, f"{reader.directory}: journalled configuration")
-
-
 def journalled_trials(reader: JournalReader, config: ExperimentConfig, attempts: list[AttemptRow]) -> Trials:
     """Attempts of one generation as trials that a robot can run again.
 
@@ -52,7 +47,7 @@ def journalled_trials(reader: JournalReader, config: ExperimentConfig, attempts:
         return config.build_task().trials(phenotype, weights, individual, trial, keys, ids, starts=starts)
 
 
-def measured_trace(reader: JournalReader, attempt: int, weights: Weights, phenotype: Phenotype) -> Trace | None:
+def trace_from_sensors(reader: JournalReader, attempt: int, weights: Weights, phenotype: Phenotype) -> Trace | None:
     """What happened in a trial that nobody can repeat: journalled sensors, and the neurons computed from them again.
 
     Args:
@@ -64,7 +59,7 @@ def measured_trace(reader: JournalReader, attempt: int, weights: Weights, phenot
     Returns:
         None if the journal has no sensors of this attempt.
     """
-    measured = reader.measured(attempt)
+    measured = reader.sensor_trace(attempt)
     if measured is None:
         return None
     sensors, states = measured
@@ -93,7 +88,7 @@ def replay(
     Args:
         reader: the run's journal.
         config: the run's configuration.
-        robot: connected, and repeatable.
+        robot: connected, and deterministic.
         attempts: of one generation, each with a result.
 
     Returns:
@@ -102,7 +97,7 @@ def replay(
     Raises:
         NotARun: the robot cannot repeat a trial, or an attempt has no result.
     """
-    if not robot.spec.repeatable:
+    if not robot.spec.deterministic:
         raise NotARun(
             f"the trials of {reader.directory} were measured on {robot.spec.name}, which cannot repeat them.",
             "`sceann status` and the recording show what was measured.",

@@ -54,7 +54,7 @@ class TrialSet:
         measurement: the journal's number of the measurement that they belong to.
         heading: of a place outside evolution: what people read.
         remark: what people should know of all of them.
-        told: called with places, their results and fitness, whenever trials counted.
+        on_counted: called with places, their results and fitness, whenever trials counted.
         fitness: NaN where none counts yet.
         succeeded: it reached what the task asks for.
         attempts: that came to nothing, so the number of the next one.
@@ -72,7 +72,7 @@ class TrialSet:
     measurement: int | None = None
     heading: Callable[[int], str] = lambda _: ""
     remark: str = ""
-    told: Callable[[Places, Results, NDArray[np.float64]], object] = lambda *_: None
+    on_counted: Callable[[Places, Results, NDArray[np.float64]], object] = lambda *_: None
     fitness: NDArray[np.float64] = field(init=False)
     succeeded: NDArray[np.bool_] = field(init=False)
     attempts: NDArray[np.int64] = field(init=False)
@@ -260,7 +260,9 @@ class TrialRunner:
         trials.succeeded[counted] = self.task.succeeded(results)[counts]
         trials.failures[places[~counts & (results.end_reasons != EndReason.OPERATOR)]] += 1
         if len(counted):
-            trials.told(counted, results if len(counted) == len(places) else _some(results, counts), fitness[counts])
+            trials.on_counted(
+                counted, results if len(counted) == len(places) else _some(results, counts), fitness[counts]
+            )
         if attended.then is not None:
             raise attended.then
         if EndReason.EMERGENCY_STOP in results.end_reasons:

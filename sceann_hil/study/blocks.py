@@ -152,7 +152,7 @@ def evolve_together(config: ExperimentConfig, seeds: NDArray[np.uint64], robot: 
     yield generation
     for number in range(1, config.algorithm.generations + 1):
         states = [
-            algorithm.tell_measured(state, fitness, measures, generator(int(seed), Purpose.ALGORITHM, number))
+            algorithm.tell_with_measures(state, fitness, measures, generator(int(seed), Purpose.ALGORITHM, number))
             for state, fitness, measures, seed in zip(
                 states, generation.fitness, generation.measures, seeds, strict=True
             )

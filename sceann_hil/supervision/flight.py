@@ -46,7 +46,7 @@ def as_void(robot: Robot, trials: Trials, reason: EndReason, results: Results | 
 
 def _timed(robot: Robot, results: Results, flight_s: float) -> Results:
     """A real robot's void trial took robot time too, although it has no steps to tell how much."""
-    if robot.spec.repeatable or len(results) != 1 or results.durations_s[0] > 0.0:
+    if robot.spec.deterministic or len(results) != 1 or results.durations_s[0] > 0.0:
         return results
     return replace(results, durations_s=np.array([flight_s]))
 

@@ -88,7 +88,7 @@ class Signals:
             reader.join()
             reading.close()
 
-    def beside(self, robot: Robot, desk: Desk) -> None:
+    def guard(self, robot: Robot, desk: Desk) -> None:
         """From now on there is a robot that must stop first."""
         self._robot, self._desk = robot, desk
 

@@ -133,6 +133,8 @@ class Supervisor:
         refusal = self._refusal(upcoming)
         if refusal:
             raise Stopped(StopReason.BUDGET, refusal)
+        if not upcoming.besides:
+            self._status = replace(self._status, remark=upcoming.remark)
         self._publish()
 
     def ready(self, upcoming: Upcoming) -> bool:
@@ -210,7 +212,7 @@ class Supervisor:
             individual=individual,
             trial=trial,
             attempt=attempt,
-            instruction=" ".join(filter(None, (task.instruction(trial), upcoming.remark))),
+            instruction=task.instruction(trial),
             start=tuple(zip(task.start_fields, task.starts[trial].tolist(), strict=True)),
             goal_by_operator=task.goal_by_operator,
             score_by_operator=task.score_by_operator,

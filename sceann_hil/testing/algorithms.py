@@ -167,7 +167,7 @@ class AlgorithmConformance(ABC):
         if wanted:
             parts = np.array_split(algorithm.ask(state), len(wanted), axis=1)
             measures = np.stack([part.mean(axis=1) for part in parts], axis=1)
-            told = algorithm.tell_measured(state, fitness, measures, rng)
+            told = algorithm.tell_with_measures(state, fitness, measures, rng)
         else:
             told = algorithm.tell(state, fitness, rng)
         return told

@@ -14,12 +14,13 @@ from dataclasses import replace
 import numpy as np
 
 from sceann_hil.network.coding import NetworkSize
-from sceann_hil.network.controller import Controller, Dynamics, state_hash
+from sceann_hil.network.controller import Controller, state_hash
 from sceann_hil.plugins import RobotConfig
 from sceann_hil.robot import EndReason, Health, Results, Robot, RobotError, Trace, Trials
 from sceann_hil.supervision.operators import Desk, Situation
 from sceann_hil.supervision.signals import Signals
 from sceann_hil.testing.checks import check as _check
+from sceann_hil.testing.random_trials import random_trials
 
 _VOID_ATTEMPTS = 5
 _SIGNAL_S = 0.5
@@ -122,7 +123,7 @@ class RobotConformance(ABC):
     def test_a_repeatable_robot_repeats_its_trials_bit_by_bit_in_any_batch(self) -> None:
         """Nothing to do for others."""
         with self._connected() as robot:
-            if not robot.spec.repeatable:
+            if not robot.spec.deterministic:
                 return
             trials = self._trials(robot, self.max_steps)
             batched = [robot.run(batch) for batch in trials.batches(robot.spec.batch_size)]
@@ -135,7 +136,7 @@ class RobotConformance(ABC):
     def test_a_robot_that_cannot_repeat_delivers_its_traces_with_the_results(self) -> None:
         """And is driven one trial at a time."""
         with self._connected() as robot:
-            if robot.spec.repeatable:
+            if robot.spec.deterministic:
                 return
             _check(robot.spec.batch_size == 1, "spec.batch_size: expected 1 for a robot that cannot repeat a trial")
             results = self._counted(robot, self._trials(robot, self.max_steps).take(slice(0, 1)))
@@ -168,12 +169,12 @@ class RobotConformance(ABC):
         Give a real robot a watchdog besides: against ``kill -9`` nothing on this computer helps.
         """
         with self._connected() as robot:
-            if robot.spec.repeatable:
+            if robot.spec.deterministic:
                 return
             steps = min(int(_ENDLESS_S / robot.spec.tick_s), 65_535)
             one = self._trials(robot, steps, first_id=50_000).take(slice(0, 1))
             desk, signals = Desk(asks=False), Signals(lambda _: None)
-            signals.beside(robot, desk)
+            signals.guard(robot, desk)
             timer = threading.Timer(_SIGNAL_S, os.kill, (os.getpid(), signal.SIGTERM))
             with signals.watched():
                 timer.start()
@@ -196,21 +197,7 @@ class RobotConformance(ABC):
             yield robot
 
     def _trials(self, robot: Robot, max_steps: int, size: NetworkSize | None = None, first_id: int = 1) -> Trials:
-        spec = robot.spec
-        size = size or NetworkSize(spec.n_sensors, 2, spec.n_motors)
-        rng = np.random.default_rng(2024)
-        n = self.n_trials
-        return Trials(
-            size=size,
-            dynamics=Dynamics(),
-            weights=rng.integers(-1, 2, (n, size.n_neurons, size.n_sources)).astype(np.int8),
-            genome_index=np.arange(n, dtype=np.int32),
-            starts=np.tile(np.array([self.start()], np.float64), (n, 1)),
-            keys=rng.integers(0, 2**64, n, np.uint64),
-            max_steps=max_steps,
-            ids=np.arange(first_id, first_id + n, dtype=np.int64),
-            run_id=int(rng.integers(2**16)),
-        )
+        return random_trials(robot.spec, self.start(), self.n_trials, max_steps, size, first_id)
 
     def _counted(self, robot: Robot, trials: Trials) -> Results:
         """Results that count; a void attempt is made again under another number, as the evaluator does."""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import io
+import time
 
 import pytest
 from rich.console import Console
 
 from sceann_hil.commands import progress
-from sceann_hil.commands.progress import Clock, show_trials
+from sceann_hil.commands.progress import Clock, show_progress, show_trials
 from sceann_hil.supervision.operators import Desk, Phase, Situation, Status, View
 
 TRIAL = Situation(0, 1, 2, 0, "Put it there.")
@@ -50,3 +51,19 @@ def test_a_log_file_beside_a_desk_says_that_the_run_is_suspended(monkeypatch: py
         desk.publish(Status(todo=3, warnings=("suspended: battery 12%",)))
         desk.suspend("battery", 0.3)
     assert file.getvalue().count("suspended: battery 12%; waiting until it is good again") == 1
+
+
+def test_what_the_algorithm_says_of_the_next_trial_is_told_once_in_a_log_and_stays_on_a_terminal(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(progress, "_SECONDS_BETWEEN_LINES", 0.02)
+    desk = Desk(asks=False)
+    for terminal, times in ((False, 1), (True, 2)):
+        file = io.StringIO()
+        with show_progress(Console(file=file, force_terminal=terminal, width=100), 3, desk):
+            desk.publish(Status(todo=1, remark="Trial 1: controller c0ffee, not tried yet."))
+            deadline = time.monotonic() + 20.0
+            while file.getvalue().count("controller c0ffee") < times and time.monotonic() < deadline:
+                time.sleep(0.02)
+        shown = file.getvalue().count("controller c0ffee")
+        assert shown == 1 if not terminal else shown >= 2

@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 
 import sceann_hil as sh
-from sceann_hil.config import ExperimentConfig
+from sceann_hil.config import ExperimentConfig, journalled_config
 from sceann_hil.errors import ConfigError, NotARun, PackageMissing
 from sceann_hil.evolution import MapElites, MapElitesState
 from sceann_hil.journal import JournalReader
 from sceann_hil.run.experiment import Experiment
-from sceann_hil.run.replay import journalled_config
 from sceann_hil.study.blocks import evolve_together
 from tests.runs import GOAL, config_of, contents, evolve, resume
 
@@ -37,11 +36,11 @@ def test_the_archive_keeps_the_best_of_each_cell() -> None:
     state = algorithm.start(rng)
     measures = np.array([[0.05, 0.05]] * 4 + [[0.55, 0.05]] * 2 + [[9.0, 9.0], [-9.0, -9.0]])
     fitness = np.array([1.0, 4.0, 2.0, 3.0, -1.0, -2.0, 0.5, 5.0])
-    told = algorithm.tell_measured(state, fitness, measures, rng)
+    told = algorithm.tell_with_measures(state, fitness, measures, rng)
     assert told.cells.tolist() == [0, 30, 35]
     assert told.reached.tolist() == [5.0, -1.0, 0.5]
     assert np.array_equal(told.elites, state.genomes[[7, 4, 6]])
-    worse = algorithm.tell_measured(told, np.full(8, -5.0), measures, rng)
+    worse = algorithm.tell_with_measures(told, np.full(8, -5.0), measures, rng)
     assert np.array_equal(worse.elites, told.elites)
     assert (worse.parents == -1).all()
 
@@ -51,7 +50,7 @@ def test_a_child_knows_its_parent_and_its_parents_cell() -> None:
     algorithm: Any = config.algorithm.build(config.genome_length)
     rng = np.random.default_rng(0)
     state = algorithm.start(rng)
-    told = algorithm.tell_measured(state, np.arange(8.0), np.linspace(0, 0.6, 16).reshape(8, 2), rng)
+    told = algorithm.tell_with_measures(state, np.arange(8.0), np.linspace(0, 0.6, 16).reshape(8, 2), rng)
     for child, parent, cell in zip(told.genomes, told.parents, told.parent_cells, strict=True):
         elite = told.elites[told.cells.tolist().index(cell)]
         assert np.array_equal(elite, state.genomes[parent])

@@ -41,7 +41,10 @@ def _answers(directory: Path) -> list[object]:
             reader.spent(),
             reader.costs(),
             reader.limits(),
-            [None if m is None else [part.tolist() for part in m] for m in (reader.measured(1), reader.measured(2))],
+            [
+                None if m is None else [part.tolist() for part in m]
+                for m in (reader.sensor_trace(1), reader.sensor_trace(2))
+            ],
         ]
     finally:
         reader.close()

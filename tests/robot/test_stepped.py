@@ -13,7 +13,7 @@ from sceann_hil.network.controller import Dynamics
 from sceann_hil.robot import EmergencyStop, EndReason, LinkError, RobotFault, RobotSpec, Trials, TrialVoid
 from sceann_hil.robot.stepped import SteppedRobot
 
-SPEC = RobotSpec("fake", 2, 1, 0.01, ("x_m",), (), batch_size=1, repeatable=False)
+SPEC = RobotSpec("fake", 2, 1, 0.01, ("x_m",), (), batch_size=1, deterministic=False)
 
 
 class Fake(SteppedRobot):

@@ -24,7 +24,7 @@ class Slider(SteppedRobot):
     """Moves by its motor's value; may lose its line in a step."""
 
     paced = False
-    spec: ClassVar[RobotSpec] = RobotSpec("slider", 1, 1, 0.1, ("x_m",), ("x_m", "steps"), repeatable=True)
+    spec: ClassVar[RobotSpec] = RobotSpec("slider", 1, 1, 0.1, ("x_m",), ("x_m", "steps"), deterministic=True)
     lost_at: int | None = None
 
     def reset(self, start: dict[str, float], key: int) -> None:

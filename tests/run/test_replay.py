@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sceann_hil.config import journalled_config
 from sceann_hil.errors import NotARun
 from sceann_hil.journal import AttemptKind, JournalReader
-from sceann_hil.run.replay import journalled_config, journalled_trials, measured_trace, replay
+from sceann_hil.run.replay import journalled_trials, replay, trace_from_sensors
 from tests.runs import GOAL, config_of, evolve, measure_on
 from tests.supervision.operators.fakes import Beside
 
@@ -79,4 +80,4 @@ def test_without_what_the_robot_sent_there_is_no_trace(run: Path) -> None:
     reader = JournalReader(run)
     config = journalled_config(reader)
     weights = config.phenotype.decode(np.zeros((1, config.genome_length), np.uint8))[0]
-    assert measured_trace(reader, 1, weights, config.phenotype) is None
+    assert trace_from_sensors(reader, 1, weights, config.phenotype) is None

@@ -181,6 +181,6 @@ def test_one_trial_at_a_time_is_a_plan_too(tmp_path: Path) -> None:
 def test_whoever_counts_is_told_of_every_trial_that_does(tmp_path: Path) -> None:
     told: list[int] = []
     bench = Bench(tmp_path / "run", ends={1: EndReason.LINK_LOST})
-    bench.trials.told = lambda places, *_: told.extend(places.tolist())
+    bench.trials.on_counted = lambda places, *_: told.extend(places.tolist())
     bench.run()
     assert told == [1, 2, 3, 0]

@@ -69,6 +69,14 @@ def test_a_person_is_asked_when_nothing_else_stands_in_the_way(tmp_path: Path) -
     assert not bench.supervisor.ready(NEXT)
 
 
+def test_what_the_algorithm_says_of_a_trial_is_shown_though_nobody_is_asked(tmp_path: Path) -> None:
+    bench = Bench(tmp_path / "run")
+    bench.supervisor.clear(Upcoming(NEXT.slots, 0, remark="It may be better."))
+    assert bench.desk.view().status.remark == "It may be better."
+    bench.supervisor.clear(Upcoming(NEXT.slots, 0, heading="reference", besides=True))
+    assert bench.desk.view().status.remark == "It may be better."
+
+
 @pytest.mark.parametrize("settling", [False, True])
 def test_a_budget_that_is_spent_asks_nobody(settling: bool, tmp_path: Path) -> None:
     bench = Bench(tmp_path / "run", Amounts(5.0, float("inf"), float("inf"), float("inf")))

@@ -104,7 +104,7 @@ def _problems(algorithm: type[RandomSearch]) -> dict[str, str]:
         made: ClassVar[Callable[..., RandomSearch]] = algorithm
 
         def build(self, genome_length: int) -> RandomSearch:
-            return type(self).made(genome_length, self.population, self.elites)
+            return type(self).made(genome_length, self)
 
     class Kit(AlgorithmConformance):
         def config(self) -> RandomSearchConfig:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sceann_hil.config import ExperimentConfig
-from sceann_hil.evolution import SGA
+from sceann_hil.evolution.sga import SGA, SGAConfig
 from sceann_hil.network.coding import Bits
 from sceann_hil.run.batch import BatchEvaluator
 from sceann_hil.run.transfer.algorithm import Transfer
@@ -119,7 +119,7 @@ def in_turn(robot: Robot, candidates: Bits, mean: NDArray[np.float64]) -> None:
 
 def genetic(robot: Robot, length: int, first: Bits | None, seed: int, population: int = 25) -> list[float]:
     """True fitness of each generation's best; a generation costs the population times the task's trials."""
-    algorithm, rng = SGA(length, population=population), np.random.default_rng(seed)
+    algorithm, rng = SGA(length, SGAConfig(population=population)), np.random.default_rng(seed)
     state = algorithm.start(rng) if first is None else algorithm.adopt(first, rng)
     curve = []
     for generation in range(GENERATIONS + 1):

@@ -4,7 +4,7 @@
  *            and a direction pin per motor, a bumper and a stop button to ground; 10 kOhm from every motor pin to ground.
  * It takes:  ten minutes. Upload it, then: sceann doctor, and sceann verify RUN --port PORT proves it bit for bit.
  *
- * Only the portable API is used: Serial, analogRead, analogWrite, digitalRead, digitalWrite, micros. Hence no hardware
+ * Only the portable API is used: Serial, analogRead (10 bits), analogWrite, digitalRead, digitalWrite, micros. Hence no hardware
  * watchdog and no BREAK; where the core has a byte-wise EEPROM (AVR) genomes and the last trial survive power loss.
  */
 #include "pins.h"
@@ -139,6 +139,9 @@ void setup()
     if (LIGHT_PIN != NONE) {
         pinMode(LIGHT_PIN, OUTPUT);
     }
+#if !defined(ARDUINO_ARCH_AVR)
+    analogReadResolution(10);          /* an ESP32 would give 12 bits */
+#endif
     Serial.begin(BAUD_RATE);
 
     strncpy(port.name, BOARD_NAME, sizeof port.name - 1);

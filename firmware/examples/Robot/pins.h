@@ -12,10 +12,15 @@
 #if defined(ARDUINO_ARCH_ESP32)
 /* ESP32 (DevKit), ESP32-C3, ESP32-S3: analogue inputs of converter 1 only, the other one does not work beside Wi-Fi */
 #if defined(CONFIG_IDF_TARGET_ESP32C3)
+/* not GPIO2: it must be high when the chip starts. The button BOOT (GPIO9) starts a champion. The serial port takes two pins */
 #define BOARD_NAME "esp32c3"
-static const uint8_t SENSOR_PINS[] = { 0, 1, 2, 3 };
-static const uint8_t SPEED_PINS[] = { 4, 5 }, DIRECTION_PINS[] = { 6, 7 };
-enum { BUMPER_PIN = 10, STOP_PIN = 20, START_PIN = 21, LIGHT_PIN = 8 };
+static const uint8_t SENSOR_PINS[] = { 0, 1, 3, 4 };
+static const uint8_t SPEED_PINS[] = { 5, 6 }, DIRECTION_PINS[] = { 7, 10 };
+#if defined(ARDUINO_USB_CDC_ON_BOOT) && ARDUINO_USB_CDC_ON_BOOT
+enum { BUMPER_PIN = 20, STOP_PIN = 21, START_PIN = 9, LIGHT_PIN = 8 };     /* Serial is the chip's own USB: 18 and 19 */
+#else
+enum { BUMPER_PIN = 18, STOP_PIN = 19, START_PIN = 9, LIGHT_PIN = 8 };     /* Serial is UART 0: 20 and 21 */
+#endif
 #elif defined(CONFIG_IDF_TARGET_ESP32S3)
 #define BOARD_NAME "esp32s3"
 static const uint8_t SENSOR_PINS[] = { 1, 2, 4, 5, 6 };

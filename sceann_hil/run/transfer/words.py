@@ -7,7 +7,7 @@ from sceann_hil.run.transfer.state import Outlook, TransferState, Verdict
 
 VERDICTS = {
     Verdict.TRIALS_DONE: "as many trials were done as were wanted",
-    Verdict.ENOUGH: "one more trial would bring next to nothing",
+    Verdict.ENOUGH: "it is enough, one more trial would bring next to nothing",
     Verdict.TARGET: "the wanted fitness is expected with great certainty",
     Verdict.NONE_SUCCEEDS: "no candidate is expected to succeed on this robot",
 }

@@ -14,16 +14,17 @@ from sceann_hil.study.report.cells import StudyData, studies_in
 from sceann_hil.study.report.own import definition, study_section
 from sceann_hil.study.report.page import Page
 from sceann_hil.study.report.paper_report import is_of_the_paper, paper_page
+from sceann_hil.study.report.run_page import is_a_run, run_page
 from sceann_hil.versions import PROGRAM, running_versions
 
 NAME = "report"
 
 
 def write_report(directory: Path, out: Path) -> tuple[Path, Path]:
-    """Tables, figures and tests of all studies and landscapes in a folder.
+    """Tables, figures and tests of all studies and landscapes in a folder, or of a single run.
 
     Args:
-        directory: a study's folder, or one that holds several.
+        directory: a study's folder, one that holds several, or a run's.
         out: where the page goes, as Markdown and as HTML, with a folder of figures and tables beside it. They are
             called ``reproduction`` if the paper's studies are there, else ``report``.
 
@@ -31,15 +32,17 @@ def write_report(directory: Path, out: Path) -> tuple[Path, Path]:
         The Markdown and the HTML file.
 
     Raises:
-        NotARun: there is neither a study nor a landscape in the folder.
+        NotARun: there is neither a study nor a landscape in the folder, nor a run with a finished generation.
         RunIsNewer, RunIsDamaged: a database cannot be read.
     """
+    if is_a_run(directory):
+        return run_page(directory, out).write()
     studies = {name: study for name, study in studies_in(directory).items() if study.cells}
     landscapes = landscapes_in(directory)
     if not studies and not landscapes:
         raise NotARun(
-            f"{directory} holds neither a study with results nor a landscape.",
-            "Name the folder that `sceann study` or `sceann enumerate` printed (its --out).",
+            f"{directory} holds neither a study with results nor a landscape nor a run.",
+            "Name the folder that `sceann study`, `sceann enumerate` or `sceann evolve` printed (its --out).",
         )
     if any(is_of_the_paper(study) for study in studies.values()):
         page = paper_page(studies, landscapes, out)

@@ -163,7 +163,7 @@ class Console(Operator):
         if view.phase in (Phase.PAUSED, Phase.SUSPENDED):
             lines.append(f"Paused: {view.reason}.")
         elif situation is not None and view.phase is Phase.BEFORE:
-            lines += [f"Next: {situation.title}.", situation.instruction]
+            lines += [f"Next: {situation.title}.", *filter(None, (situation.instruction, view.status.remark))]
         elif situation is not None and view.phase is Phase.AFTER:
             lines.append(f"Ended: {situation.title}: {situation.outcome}.")
         elif situation is not None and view.phase is Phase.RUNNING:

@@ -65,6 +65,7 @@ class Status:
         todo_s: about how long the trials take that this generation still needs; None if nobody knows.
         forecast: when the run or its budget ends, in words.
         best: the best individual of this generation so far, in words.
+        remark: which trial is next or runs, why, and what is expected, as the algorithm says; empty if it says nothing.
         warnings: what is wrong now; shown as a banner.
     """
 
@@ -84,6 +85,7 @@ class Status:
     todo_s: float | None = None
     forecast: str = ""
     best: str = ""
+    remark: str = ""
     warnings: tuple[str, ...] = ()
 
 

@@ -17,7 +17,7 @@ from sceann_hil.supervision.stopping import StopRequest, nobody
 
 
 @contextmanager
-def beside(
+def staffed_desk(
     robot: Robot, settings: OperatorConfig, show: Callable[[str], object], stop: Callable[[], StopRequest] = nobody
 ) -> Iterator[Desk]:
     """A desk with all of them at it, for as long as the block lasts.

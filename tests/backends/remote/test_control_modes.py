@@ -35,7 +35,7 @@ def test_what_the_robot_sensed_is_in_the_journal(board: PosixBoard, tmp_path: Pa
     reader = JournalReader(tmp_path / "hil")
     attempts = reader.attempts(0)
     for row in attempts:
-        measured = reader.measured(row.id)
+        measured = reader.sensor_trace(row.id)
         assert measured is not None
         assert measured[0].shape == (row.steps, 2)
         assert tuple(measured[1][-1].tolist()) == row.final_state

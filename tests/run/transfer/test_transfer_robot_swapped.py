@@ -24,7 +24,7 @@ class Named(StandIn):
 
 
 def session(config: ExperimentConfig, directory: Path, who: str) -> Outcome:
-    robot = Named(config.robot.build(), attended=False, repeatable=True)
+    robot = Named(config.robot.build(), attended=False, deterministic=True)
     robot.name = who
     done = 0
 

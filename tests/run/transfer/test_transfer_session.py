@@ -155,7 +155,7 @@ def test_a_robot_resembles_the_simulated_one_that_does_the_same() -> None:
     fitness = rng.random((30, 12, 2)).astype(np.float32)
     ensemble = Ensemble(fitness, np.ones((12, 2)), 0.01, None, DrawnRobots((), np.zeros((30, 0)), ()))
     k, h = np.arange(12), np.zeros(12, np.int64)
-    weights = resemblance(ensemble, Observations(k, h, fitness[17, k, h].astype(np.float64)))
+    weights = resemblance(ensemble, Observations.of(k, h, fitness[17, k, h].astype(np.float64)))
     assert weights.argmax() == 17
     assert weights.sum() == pytest.approx(1.0)
 

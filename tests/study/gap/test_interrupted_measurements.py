@@ -160,7 +160,7 @@ def test_a_void_trial_is_run_again_and_a_second_measurement_is_not_the_first(
 
 
 def test_a_place_that_cannot_be_written_to_costs_no_robot_time(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sceann_hil.commands.gap.measured", lambda *_: pytest.fail("the robot moved"))
+    monkeypatch.setattr("sceann_hil.commands.gap.measure", lambda *_: pytest.fail("the robot moved"))
     (run / "reports").write_text("a file where a folder is needed")
     for arguments in (["repeat", str(run)], ["compare", str(run), "--on", str(run / "config.yaml")]):
         assert isinstance(CliRunner().invoke(app, arguments).exception, CannotWrite)

@@ -113,14 +113,14 @@ def test_other_text_is_no_duration(text: str) -> None:
 
 
 def test_a_rehearsal_is_the_whole_run_with_a_stand_in(tmp_path: Path) -> None:
-    from sceann_hil.supervision.operators.staff import beside
+    from sceann_hil.supervision.operators.staff import staffed_desk
 
     config = config_of(GOAL, "algorithm.generations=1")
     with (
         rehearsal(config) as play,
         Experiment.create(play.config, tmp_path / "run") as experiment,
         play.robot as robot,
-        beside(robot, play.config.operator, lambda _: None) as desk,
+        staffed_desk(robot, play.config.operator, lambda _: None) as desk,
     ):
         assert experiment.evolve(robot, desk=desk) is Outcome.FINISHED
     rows = [row for g in (0, 1) for row in JournalReader(tmp_path / "run").attempts(g)]

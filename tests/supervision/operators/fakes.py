@@ -44,7 +44,7 @@ class Beside(Robot):
 
     @property
     def spec(self) -> RobotSpec:
-        return replace(self._body.spec, attended=True, batch_size=1, repeatable=False, noise_free=False)
+        return replace(self._body.spec, attended=True, batch_size=1, deterministic=False, noise_free=False)
 
     def run(self, trials: Trials) -> Results:
         self.starts += 1

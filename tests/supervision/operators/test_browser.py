@@ -35,6 +35,7 @@ STATUS = Status(
     wall_s=12_960.0,
     left=("robot time: 1:44:30 left",),
     forecast="budget ends in about 2:31:00, in 2:02:00 if every trial lasts to its step limit",
+    remark="Controller c0ffee, not tried yet.",
 )
 
 
@@ -91,6 +92,7 @@ def test_a_person_runs_a_trial_with_the_panel(browser: WebDriver, desk: Desk, pa
         "3 h 36 min",
     ):
         assert told in facts
+    assert browser.find_element(By.ID, "remark").text == "Controller c0ffee, not tried yet."
     assert "goal after 121 steps" in browser.find_element(By.ID, "history").text
     press(browser, "ready")
     before.join()

@@ -48,6 +48,7 @@ def _document(view: View, prompt: Prompt, keymap: KeyMap) -> dict[str, Any]:
         "left": list(status.left),
         "forecast": status.forecast,
         "best": status.best,
+        "remark": status.remark,
         "warnings": list(status.warnings),
         "history": [
             {"title": f.title, "outcome": f.outcome, "duration_s": f.duration_s, "fitness": f.fitness}

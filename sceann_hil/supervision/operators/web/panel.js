@@ -128,6 +128,7 @@ function render() {
     paused: "Paused: " + v.reason, suspended: "Paused by itself: " + v.reason, closed: "Over: " + v.reason,
     idle: "Nothing to do."}[v.phase];
   if ($("what").textContent !== what) $("what").textContent = what;
+  $("remark").textContent = v.remark; $("remark").hidden = !v.remark || v.phase === "closed";
   const banners = v.warnings.map(w => ["banner", w]);
   if (v.pausing && v.phase !== "paused") banners.push(["banner info", "A pause begins after this trial."]);
   if (v.finishing && v.phase !== "closed") banners.push(["banner info", "The run ends after this trial."]);

@@ -1,6 +1,6 @@
 """How a journal keeps what could not be computed again: a real robot's sensors, and its body's state if that is known.
 
-With the sensors and the genome every neuron can be computed again (`sceann_hil.run.replay.measured_trace`).
+With the sensors and the genome every neuron can be computed again (`sceann_hil.run.replay.trace_from_sensors`).
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from sceann_hil.robot import Trace
 _FORMAT = re.compile(r"sensors uint16le (\d+), state float32le (\d+), zlib, 1")
 
 
-def pack_measured(trace: Trace) -> tuple[str, bytes]:
+def pack_sensor_trace(trace: Trace) -> tuple[str, bytes]:
     """The format, and sensors then states row after row, compressed."""
     text = f"sensors uint16le {trace.sensors.shape[1]}, state float32le {trace.state.shape[1]}, zlib, 1"
     return text, zlib.compress(trace.sensors.astype("<u2").tobytes() + trace.state.astype("<f4").tobytes())
 
 
-def unpack_measured(text: str, data: bytes) -> tuple[NDArray[np.uint16], NDArray[np.float32]]:
-    """The inverse of `pack_measured`: sensors ``(n, n_sensors)`` and states ``(n + 1, n_state)``.
+def unpack_sensor_trace(text: str, data: bytes) -> tuple[NDArray[np.uint16], NDArray[np.float32]]:
+    """The inverse of `pack_sensor_trace`: sensors ``(n, n_sensors)`` and states ``(n + 1, n_state)``.
 
     Raises:
         ValueError: another format, or data that do not fill whole rows.

@@ -20,12 +20,12 @@ from sceann_hil.robot import RobotError
 from sceann_hil.run.experiment import Experiment
 from sceann_hil.run.measuring import Measurement, measuring, simulate
 from sceann_hil.run.session import Presence
-from sceann_hil.supervision.operators.staff import beside
+from sceann_hil.supervision.operators.staff import staffed_desk
 from sceann_hil.supervision.signals import Signals
 from sceann_hil.supervision.stopping import Stopped
 
 
-def measured(
+def measure(
     directory: Path, config: ExperimentConfig, kind: str, genomes: Bits, repeats: int, more: dict[str, float]
 ) -> tuple[Measurement, dict[str, Any]]:
     """Run every genome `repeats` times on the configuration's robot.
@@ -44,7 +44,7 @@ def measured(
     console = Console(stderr=True, highlight=False)
     robot = config.robot.build()
     n_trials = len(genomes) * repeats * config.build_task().n_trials
-    if robot.spec.repeatable:
+    if robot.spec.deterministic:
         with robot, show_trials(console, robot.spec.name, n_trials) as report:
             task = config.build_task()
             return simulate(robot, config.phenotype, task, genomes, repeats, config.seed, report), {}
@@ -56,10 +56,10 @@ def measured(
         _explained(console),
         robot,
         signals.watched(),
-        beside(robot, config.operator, show, signals.request) as desk,
+        staffed_desk(robot, config.operator, show, signals.request) as desk,
         show_trials(console, robot.spec.name, n_trials, desk) as report,
     ):
-        signals.beside(robot, desk)
+        signals.guard(robot, desk)
         presence = Presence(desk, signals.request, more)
         with measuring(experiment.journal, config, robot, kind, plan, n_trials, presence) as ask:
             if ask.known:
