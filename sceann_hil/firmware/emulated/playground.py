@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 import shutil
 import socket
@@ -10,13 +9,14 @@ import subprocess
 import sys
 import tempfile
 import time
+from contextlib import ExitStack
 from functools import cache
 from pathlib import Path
 from typing import Self
 
 from sceann_hil.errors import ToolMissing
 from sceann_hil.firmware.build import find_tool
-from sceann_hil.guarded import GuardedProcess
+from sceann_hil.guarded import guarded
 from sceann_hil.robot import LinkError
 
 INNER_PORT = 33333
@@ -58,8 +58,11 @@ class Playground:
                 "(unshare -rn).",
                 "Start it yourself where that does no harm, and give robot.host its address.",
             )
-        self._folder = tempfile.TemporaryDirectory(prefix="sceann-playground-")
-        folder = Path(self._folder.name)
+        # there is none on Windows, which has been told by now
+        import fcntl
+
+        self._open = ExitStack()
+        folder = Path(self._open.enter_context(tempfile.TemporaryDirectory(prefix="sceann-playground-")))
         for name, content in (files or {}).items():
             (folder / name).write_bytes(content)
         path = folder / "arena.playground"
@@ -71,14 +74,15 @@ class Playground:
         here = f"HOME={folder} XDG_DATA_HOME={folder} XDG_RUNTIME_DIR={folder} QT_QPA_PLATFORM=offscreen".split()
         bridge = Path(__file__).with_name("playground_bridge.py")
         try:
-            self._process = GuardedProcess(
-                [
-                    *("env", *here, "unshare", "-rn"),
-                    *(sys.executable, "-I", str(bridge), str(inherited), str(INNER_PORT)),
-                    *(program, str(path)),
-                ],
-                pass_fds=[inherited],
-            )
+            command = [
+                *("env", *here, "unshare", "-rn"),
+                *(sys.executable, "-I", str(bridge), str(inherited), str(INNER_PORT)),
+                *(program, str(path)),
+            ]
+            self._open.enter_context(guarded(command, subprocess.DEVNULL, pass_fds=[inherited]))
+        except BaseException:
+            self._open.close()
+            raise
         finally:
             os.close(inherited)
         try:
@@ -106,8 +110,7 @@ class Playground:
 
     def close(self) -> None:
         """End it; may be called twice."""
-        self._process.end()
-        self._folder.cleanup()
+        self._open.close()
 
     def __enter__(self) -> Self:
         return self
