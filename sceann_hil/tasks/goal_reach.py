@@ -11,6 +11,7 @@ from pydantic import Field
 from sceann_hil.plugins import Misfit, RobotConfig, StartVariation, TaskConfig
 from sceann_hil.robot import EndReason, Results
 from sceann_hil.robot.task import Task
+from sceann_hil.tasks.drawn_starts import Draw, StartsDrawn, drawing, needs_no_robot
 
 BEST_SCORE = 9
 """What a person can say at most."""
@@ -26,6 +27,7 @@ class GoalReach(Task):
         goal_by_operator: a person says when the goal is reached.
         score_by_operator: a person says after each trial how good it was; a ninth of that is its fitness.
         success_score: from this score on a trial is a success.
+        draw: starts of trials, from their numbers and keys (see `Task.starts_of`); `starts` if it is not given.
     """
 
     name = "goal_reach"
@@ -40,11 +42,13 @@ class GoalReach(Task):
         goal_by_operator: bool = False,
         score_by_operator: bool = False,
         success_score: int = BEST_SCORE,
+        draw: Draw | None = None,
     ) -> None:
         self.max_steps = max_steps
         self.goal_by_operator = goal_by_operator
         self.score_by_operator = score_by_operator
         self._success_score = success_score
+        self._draw, self.draws_starts = draw, draw is not None
         headings = np.deg2rad(headings_deg)
         headings = (headings + np.pi) % (2.0 * np.pi) - np.pi
         self._starts = np.column_stack(
@@ -54,6 +58,9 @@ class GoalReach(Task):
     @property
     def starts(self) -> NDArray[np.float64]:
         return self._starts
+
+    def starts_of(self, trial: NDArray[np.int64], keys: NDArray[np.uint64]) -> NDArray[np.float64]:
+        return super().starts_of(trial, keys) if self._draw is None else self._draw(trial, keys)
 
     def fitness(self, results: Results) -> NDArray[np.float64]:
         if self.score_by_operator:
@@ -101,6 +108,8 @@ class GoalReachConfig(TaskConfig):
         315.0,
     )
     """One trial for each initial heading, counter-clockwise from the x axis."""
+    starts_drawn: StartsDrawn | None = None
+    """Draw the start of every trial from these ranges instead; there are as many trials as `headings_deg` has."""
     goal_by_operator: bool = False
     """The robot cannot tell that it reached the target: the person beside it says so."""
     score_by_operator: bool = False
@@ -108,12 +117,21 @@ class GoalReachConfig(TaskConfig):
     success_score: Annotated[int, Field(ge=0, le=9)] = 9
     """With score_by_operator: from this score on a trial is a success."""
 
-    def other_starts(self) -> StartVariation:
+    def other_starts(self) -> StartVariation | None:
+        if self.starts_drawn is not None:
+            return self.starts_drawn.turned()
         turns = (0.0, 5.0, 10.0, 15.0, 20.0, 22.5)
         changes = tuple({"headings_deg": [heading + turn for heading in self.headings_deg]} for turn in turns)
         return StartVariation("initial headings turned by", "degrees", turns, changes)
 
     def build(self) -> GoalReach:
+        needs_no_robot(self.starts_drawn)
+        return self._task(None)
+
+    def build_for(self, robot: RobotConfig) -> GoalReach:
+        return self._task(drawing(self.starts_drawn, robot))
+
+    def _task(self, draw: Draw | None) -> GoalReach:
         return GoalReach(
             self.max_steps,
             self.start_m,
@@ -121,9 +139,13 @@ class GoalReachConfig(TaskConfig):
             self.goal_by_operator,
             self.score_by_operator,
             self.success_score,
+            draw,
         )
 
     def check(self, robot: RobotConfig) -> None:
+        if self.starts_drawn is not None:
+            self.starts_drawn.check(robot)
+            return
         refusal = robot.refuses_start({"x_m": self.start_m[0], "y_m": self.start_m[1], "heading_rad": 0.0})
         if refusal:
             raise Misfit(f"start_m: {refusal}", "task.start_m")

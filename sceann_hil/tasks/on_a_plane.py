@@ -13,7 +13,7 @@ from sceann_hil.plugins import Misfit, RobotConfig, StartVariation, TaskConfig
 from sceann_hil.robot.step_task import StepTask
 from sceann_hil.robot.step_value import StepValue
 from sceann_hil.tasks.drawn_starts import Draw, StartsDrawn, drawing, needs_no_robot
-from sceann_hil.tasks.starts import START_FIELDS, Starts, as_rows, instruction, refuse_occupied, turned
+from sceann_hil.tasks.starts import START_FIELDS, TURNS_DEG, Starts, as_rows, instruction, refuse_occupied, turned
 
 SensorNumbers = Annotated[tuple[Annotated[int, Field(ge=0, le=63)], ...], Field(max_length=64)]
 
@@ -95,7 +95,6 @@ class StepTaskOnAPlane(TaskConfig):
 
     def other_starts(self) -> StartVariation | None:
         if self.starts_drawn is not None:
-            return None
-        turns = (0.0, 10.0, 20.0, 30.0, 45.0, 90.0)
-        changes = tuple({"starts": [list(start) for start in turned(self.starts, turn)]} for turn in turns)
-        return StartVariation("initial headings turned by", "degrees", turns, changes)
+            return self.starts_drawn.turned()
+        changes = tuple({"starts": [list(start) for start in turned(self.starts, turn)]} for turn in TURNS_DEG)
+        return StartVariation("initial headings turned by", "degrees", TURNS_DEG, changes)

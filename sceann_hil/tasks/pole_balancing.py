@@ -2,36 +2,52 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from sceann_hil.plugins import StartVariation, TaskConfig
+from sceann_hil.plugins import Misfit, StartVariation, TaskConfig
 from sceann_hil.robot import EndReason, Results
 from sceann_hil.robot.task import Task
+from sceann_hil.seeds import Purpose, uniforms
+from sceann_hil.seeds import keys as stream_keys
 
 
 class PoleBalancing(Task):
-    """One trial from a slightly tilted pole; fitness is the number of steps balanced.
+    """One trial from a slightly tilted pole, or some from drawn angles; fitness is the number of steps balanced.
 
     Args:
         max_steps: a trial that lasts this long is a success.
         start_angle_deg: the pole's initial angle; everything else starts at 0.
+        drawn_deg: smallest and largest initial angle, drawn for every trial from its key; None for `start_angle_deg`.
+        trials: of one individual.
     """
 
     name = "pole_balancing"
     start_fields = ("x_m", "velocity_m_s", "angle_rad", "angular_velocity_rad_s")
 
-    def __init__(self, max_steps: int, start_angle_deg: float) -> None:
+    def __init__(
+        self, max_steps: int, start_angle_deg: float, drawn_deg: tuple[float, float] | None = None, trials: int = 1
+    ) -> None:
         self.max_steps = max_steps
         self.best_fitness = float(max_steps)
-        self._starts = np.array([[0.0, 0.0, np.deg2rad(start_angle_deg), 0.0]])
+        self._starts = np.tile([0.0, 0.0, np.deg2rad(start_angle_deg), 0.0], (trials, 1))
+        self._drawn_deg, self.draws_starts = drawn_deg, drawn_deg is not None
 
     @property
     def starts(self) -> NDArray[np.float64]:
         return self._starts
+
+    def starts_of(self, trial: NDArray[np.int64], keys: NDArray[np.uint64]) -> NDArray[np.float64]:
+        starts = super().starts_of(trial, keys)
+        if self._drawn_deg is not None:
+            low, high = self._drawn_deg
+            drawn = low + (high - low) * uniforms(stream_keys(keys, Purpose.START, trial), 1)
+            starts = starts.copy()
+            starts[:, 2] = np.deg2rad(drawn[:, 0])
+        return starts
 
     def fitness(self, results: Results) -> NDArray[np.float64]:
         # the step in which the pole or the cart went over is not one in which it was balanced
@@ -47,6 +63,9 @@ class PoleBalancing(Task):
         )
 
 
+Angle = Annotated[float, Field(ge=-36.0, le=36.0)]
+
+
 class PoleBalancingConfig(TaskConfig):
     """Balance a pole on a cart for as long as possible, in one deterministic trial."""
 
@@ -55,14 +74,40 @@ class PoleBalancingConfig(TaskConfig):
     type: Literal["pole_balancing"] = "pole_balancing"
     max_steps: Annotated[int, Field(ge=1, le=65_535)] = 3000
     """Steps after which the pole counts as balanced."""
-    start_angle_deg: Annotated[float, Field(ge=-36.0, le=36.0)] = 1.0
+    start_angle_deg: Angle = 1.0
     """Initial angle of the pole."""
+    start_angle_drawn_deg: tuple[Angle, Angle] | None = None
+    """Draw the initial angle of every trial from this range instead, from and to."""
+    trials: Annotated[int, Field(ge=1, le=1000)] = 1
+    """Trials of one individual; more than one only where their angle is drawn."""
+
+    @model_validator(mode="after")
+    def _trials_differ(self) -> Self:
+        drawn = self.start_angle_drawn_deg
+        if drawn is not None and drawn[0] > drawn[1]:
+            raise Misfit(
+                f"start_angle_drawn_deg: expected the smaller value first, got {list(drawn)}", "start_angle_drawn_deg"
+            )
+        if drawn is None and self.trials > 1:
+            raise Misfit(
+                f"trials: expected 1, got {self.trials}: without start_angle_drawn_deg they are all the same",
+                "trials",
+                "start_angle_drawn_deg",
+            )
+        return self
 
     def other_starts(self) -> StartVariation:
+        drawn = self.start_angle_drawn_deg
+        if drawn is not None:
+            widths = (1.0, 1.5, 2.0, 3.0)
+            wider = [[max(-36.0, width * drawn[0]), min(36.0, width * drawn[1])] for width in widths]
+            return StartVariation(
+                "initial angles times", "", widths, tuple({"start_angle_drawn_deg": angles} for angles in wider)
+            )
         before = self.start_angle_deg
         levels = (before, *(angle for angle in (2.0, 4.0, 6.0, 8.0, 12.0) if angle != before))
         changes = tuple({"start_angle_deg": angle} for angle in levels)
         return StartVariation("initial angle", "degrees", levels, changes)
 
     def build(self) -> PoleBalancing:
-        return PoleBalancing(self.max_steps, self.start_angle_deg)
+        return PoleBalancing(self.max_steps, self.start_angle_deg, self.start_angle_drawn_deg, self.trials)

@@ -94,7 +94,7 @@ def draw_trajectories(
             traces = [source.traces[row * source.fitness[0].size] for source in (simulated, measured)]
             if shown.drawing is not None:
                 _draw_bodies(axes_of_row[0], shown.drawing, shown.state_fields, *traces)
-                axes_of_row[0].set_title(f"{genomes[row]}: ends of the trial")
+                axes_of_row[0].set_title(f"{genomes[row]}: where it went")
             for axes, trace, where in zip(axes_of_row[first:], traces, ("simulation", "robot"), strict=True):
                 _draw_signals(axes, trace, shown.sensors, shown.motors)
                 axes.set_title(f"{genomes[row]}, {where}: {len(trace.sensors)} steps")
@@ -112,7 +112,7 @@ def _draw_bodies(axes: Axes, scene: Drawing, fields: tuple[str, ...], here: Trac
     plain(axes)
     draw_surroundings(axes, scene)
     place = {name: column for column, name in enumerate(fields)}
-    for trace, colour, name in ((here, _HERE, "simulation"), (there, _THERE, "robot")):
+    for trace, colour, style, name in ((here, _HERE, "-", "simulation"), (there, _THERE, "--", "robot")):
         if trace.state.shape[1] != len(fields):
             axes.text(
                 0.5, -0.03, "the robot does not know where it was", ha="center", va="top", transform=axes.transAxes
@@ -120,7 +120,8 @@ def _draw_bodies(axes: Axes, scene: Drawing, fields: tuple[str, ...], here: Trac
             continue
         robot = scene.parts[0]
         if robot.x is not None and robot.y is not None:
-            axes.plot(trace.state[:, place[robot.x]], trace.state[:, place[robot.y]], color=colour, lw=1.2, label=name)
+            x, y = trace.state[:, place[robot.x]], trace.state[:, place[robot.y]]
+            axes.plot(x, y, color=colour, linestyle=style, linewidth=1.4, label=name)
         for step, alpha in ((0, 0.35), (-1, 0.9)):
             draw_robot(axes, scene, dict(zip(fields, trace.state[step].tolist(), strict=True)), alpha)
     if axes.get_legend_handles_labels()[0]:
