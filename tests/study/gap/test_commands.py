@@ -149,7 +149,7 @@ def test_a_comparison_of_trials_that_only_a_person_can_score_is_refused_before_a
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     evolve(tmp_path / "run", GOAL, "algorithm.generations=1")
-    scored = config_of(GOAL, "task.score_by_operator=true")
+    scored = config_of(GOAL, "task.score_by_operator=true", "operator={who: [console], confirm: true}")
     monkeypatch.setattr("sceann_hil.commands.gap.journalled_config", lambda _: scored)
     (tmp_path / "real.yaml").write_text("robot: {type: diffdrive, n_sensors: 3, gap: {sensor_offset: 0.01}}")
     for command in (["compare", "--on", str(tmp_path / "real.yaml")], ["repeat"]):
