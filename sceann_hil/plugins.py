@@ -21,8 +21,30 @@ from pydantic import BaseModel, ConfigDict
 if TYPE_CHECKING:
     from sceann_hil.config import ExperimentConfig
     from sceann_hil.evolution.algorithm import Algorithm
+    from sceann_hil.firmware.aesl.program import Life
     from sceann_hil.robot import Robot, RobotSpec
     from sceann_hil.robot.task import Task
+
+
+def _describe(schema: dict[str, Any], model: type[BaseModel]) -> None:
+    """The docstrings of a model's fields as descriptions in its JSON schema.
+
+    Pydantic can find them itself, but it reads the source of every model at import, and only a schema needs them.
+    """
+    import ast
+    import inspect
+    import itertools
+    import textwrap
+
+    for kind in model.__mro__:
+        if kind is Section or not issubclass(kind, Section):
+            continue
+        body = ast.parse(textwrap.dedent(inspect.getsource(kind))).body[0].body  # type: ignore[attr-defined]
+        for field, said in itertools.pairwise(body):
+            match field, said:
+                case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str(words))):
+                    if name in schema["properties"]:
+                        schema["properties"][name].setdefault("description", inspect.cleandoc(words))
 
 
 class Section(BaseModel):
@@ -34,7 +56,7 @@ class Section(BaseModel):
         strict=True,
         allow_inf_nan=False,
         validate_default=True,
-        use_attribute_docstrings=True,
+        json_schema_extra=_describe,
         protected_namespaces=(),
     )
 
@@ -44,6 +66,9 @@ class PluginConfig(Section):
 
     Subclasses repeat it as ``type: Literal["name"] = "name"`` with the name of their entry point.
     """
+
+    installed: ClassVar[bool] = True
+    """False for what takes the place of a plug-in that a run was made with and that is not here."""
 
     type: str
 
@@ -81,6 +106,11 @@ class RobotConfig(PluginConfig):
     def simulated(self) -> RobotConfig | None:
         """The simulated robot with the same body: itself if it is one; None if nobody has described it."""
         return self if self.spec.deterministic else None
+
+    @property
+    def aesl_life(self) -> Life | None:
+        """How a controller of this robot lives in Aseba's virtual machine; None if nobody has said so."""
+        return None
 
     def refuses_start(self, start: Mapping[str, float]) -> str:
         """Why no trial can begin there: outside of the arena, in an obstacle; empty if one can.

@@ -16,14 +16,14 @@ from sceann_hil.api.frames import frame_of, split_tuples, table
 from sceann_hil.api.individual import Individual
 from sceann_hil.api.simulating import simulate
 from sceann_hil.api.trial import Trial, trials_of
-from sceann_hil.config import ExperimentConfig
+from sceann_hil.config import ExperimentConfig, noted_config
 from sceann_hil.errors import NotARun
 from sceann_hil.journal import AttemptKind, AttemptRow, GenerationRow, IndividualRow, JournalReader, trial_arrays
 from sceann_hil.network.coding import genome_to_hex
 from sceann_hil.robot import Results
 from sceann_hil.run.archive import archive_of
 from sceann_hil.run.champion import champion_or_best_so_far
-from sceann_hil.run.replay import journalled_config, journalled_trials, trace_from_sensors
+from sceann_hil.run.replay import journalled_trials, trace_from_sensors
 
 if TYPE_CHECKING:
     import pandas
@@ -57,9 +57,9 @@ class Run:
         """What it was made with.
 
         Raises:
-            ConfigError, PluginError: a package that it was made with is missing here.
+            ConfigError: a package that it was made with reads it differently by now.
         """
-        return journalled_config(self._reader)
+        return noted_config(self._reader)
 
     @property
     def finished(self) -> bool:

@@ -13,8 +13,8 @@ from rich.table import Table
 
 from sceann_hil.commands.arguments import AsJson, print_json
 from sceann_hil.commands.printing import print_table
-from sceann_hil.config import ExperimentConfig, parse_config
-from sceann_hil.errors import NotARun
+from sceann_hil.config import ExperimentConfig, noted_config, require_installed
+from sceann_hil.errors import NotARun, PackageMissing
 from sceann_hil.journal import JournalReader
 from sceann_hil.network.coding import genome_from_hex
 from sceann_hil.run.champion import best_so_far, champion_or_best_so_far
@@ -63,6 +63,7 @@ def champion(
     order = list(range(len(candidates)))
     found: Robustness | None = None
     if robust:
+        require_installed(config)
         genomes = np.stack([genome_from_hex(c.genome, config.genome_length) for c in candidates])
         found = measure(config, genomes)
         scores = found.mean(by)
@@ -90,7 +91,7 @@ def _of_run(directory: Path, condition: int | None) -> tuple[str, ExperimentConf
         raise typer.BadParameter("--condition is for studies; this is one run", param_hint="--condition")
     reader = JournalReader(directory)
     try:
-        config = parse_config(reader.run().config, f"{directory}: journalled configuration")
+        config = noted_config(reader)
         rows = [row for g in reader.generations(finished=True) for row in reader.individuals(g.number)]
         best, note = champion_or_best_so_far(reader, keeps_best=config.algorithm.keeps_best)
         leading = best_so_far(reader)
@@ -98,9 +99,16 @@ def _of_run(directory: Path, condition: int | None) -> tuple[str, ExperimentConf
         reader.close()
     listed = [_Candidate(row.place, row.fitness or 0.0, row.genome, row.id == best.id) for row in rows]
     if leading is not None:
-        row, so_far = leading.individual, f"so far, {leading.trials} of {config.build_task().n_trials} trials"
+        row, so_far = leading.individual, f"so far, {leading.trials}{_of_all(config)} trials"
         listed.append(_Candidate(f"{row.place} ({so_far})", row.fitness or 0.0, row.genome, bool(note)))
     return f"Run {directory}", config, listed
+
+
+def _of_all(config: ExperimentConfig) -> str:
+    try:
+        return f" of {config.build_task().n_trials}"
+    except PackageMissing:
+        return ""
 
 
 def _of_study(directory: Path, number: int | None) -> tuple[str, ExperimentConfig, list[_Candidate]]:

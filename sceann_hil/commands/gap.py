@@ -27,7 +27,7 @@ from sceann_hil.commands.arguments import (
 )
 from sceann_hil.commands.measure import measure, must_be_computable
 from sceann_hil.commands.printing import print_table
-from sceann_hil.config import ExperimentConfig, with_robot_of
+from sceann_hil.config import ExperimentConfig, journalled_config, with_robot_of
 from sceann_hil.errors import ConfigError, NotARun
 from sceann_hil.journal import AttemptKind, IndividualRow, JournalReader
 from sceann_hil.places import make_folder
@@ -35,7 +35,6 @@ from sceann_hil.robot import GapEstimate
 from sceann_hil.robot.signal_names import motor_names, sensor_names
 from sceann_hil.run.chosen import chosen_individual
 from sceann_hil.run.measuring import Measurement
-from sceann_hil.run.replay import journalled_config
 from sceann_hil.study.gap import GapReport, Spread, estimate_rows, gap_section
 from sceann_hil.supervision.drift import Drift
 from sceann_hil.timespans import duration_text

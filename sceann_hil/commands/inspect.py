@@ -132,8 +132,8 @@ def replay_trial(
     """
     if (trial is None) is not every:
         raise typer.BadParameter("name one TRIAL, or give --all")
+    from sceann_hil.config import journalled_config
     from sceann_hil.run.replay import (  # bodies and their compiled code
-        journalled_config,
         replay,
         sessions_of_another_body,
     )

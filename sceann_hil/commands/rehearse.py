@@ -14,13 +14,12 @@ from rich.table import Table
 from sceann_hil.commands.arguments import AsJson, ConfigFile, Overrides, Seed, overrides_of, print_json
 from sceann_hil.commands.printing import print_table
 from sceann_hil.commands.progress import show_preparation, show_progress
-from sceann_hil.config import load_config, with_robot_of
+from sceann_hil.config import journalled_config, load_config, with_robot_of
 from sceann_hil.journal import JournalReader
 from sceann_hil.run.champion import champion_of
 from sceann_hil.run.experiment import Experiment, Outcome
 from sceann_hil.run.plan import PROMPT_S
 from sceann_hil.run.rehearsal import rehearsal
-from sceann_hil.run.replay import journalled_config
 from sceann_hil.supervision.operators.staff import staffed_desk
 from sceann_hil.timespans import duration_text
 

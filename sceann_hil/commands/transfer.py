@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.console import Console
 
 from sceann_hil.commands.arguments import (
     AsJson,
@@ -20,7 +21,10 @@ from sceann_hil.commands.arguments import (
     overrides_of,
 )
 from sceann_hil.commands.evolve import new_run, run_experiment
+from sceann_hil.commands.progress import show_preparation
 from sceann_hil.commands.recording import Live, Record, RecordChoice
+from sceann_hil.commands.study_progress import told_when_interrupted
+from sceann_hil.config import ExperimentConfig
 from sceann_hil.run.transfer.session import transfer_config
 
 
@@ -74,6 +78,9 @@ def transfer(
         Path | None,
         typer.Option("--again", metavar="DIR", help="Go on from a transfer: evolve in robots that this one resembles."),
     ] = None,
+    cluster: Annotated[
+        str | None, typer.Option("--cluster", metavar="ADDRESS", help="Simulate on the Dask cluster of this scheduler.")
+    ] = None,
     seed: Seed = None,
     overrides: Overrides = None,
     record: Record = RecordChoice.ALL,
@@ -107,4 +114,20 @@ def transfer(
     )
     more = more_of(budget_robot, budget_wall, budget_trials)
     with new_run(config, out, robot.stem) as experiment:
+        if cluster is not None:
+            _prepare_on(cluster, config)
         run_experiment(experiment, record, live, as_json, more=more)
+
+
+def _prepare_on(address: str, config: ExperimentConfig) -> None:
+    """What takes long, on a cluster; it is kept here, so that a run begins at once."""
+    from sceann_hil.study.cluster import ClusterWorkers  # an extra that most people do without
+    from sceann_hil.study.transfer.on_cluster import prepare_on
+
+    console = Console(stderr=True, highlight=False)
+    with (
+        told_when_interrupted(console),
+        ClusterWorkers(address, tell=console.print) as workers,
+        show_preparation(console) as preparing,
+    ):
+        prepare_on(workers, config, preparing)

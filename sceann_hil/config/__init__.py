@@ -7,6 +7,7 @@
 * `config_from` takes a mapping instead of a file, `ExperimentConfig.with_changes` changes some keys, `with_robot_of`
   puts an experiment on another file's robot: `data`.
 * `dump_config` writes the canonical text, `config_difference` compares two: `text`.
+* `journalled_config` is what a run was made with; `noted_config` too, whatever is installed here: `journalled`.
 * `outline_of` says what a configuration names, without its plug-ins: `outline`.
 * `json_schema` and `schema_text` are for editors: `schema`.
 
@@ -26,6 +27,7 @@ from sceann_hil.lazily import lazily
 
 if TYPE_CHECKING:
     from sceann_hil.config.data import config_from, with_robot_of
+    from sceann_hil.config.journalled import config_as_made, journalled_config, noted_config, require_installed
     from sceann_hil.config.load import load_config, parse_config
     from sceann_hil.config.model import ControllerConfig, ExperimentConfig
     from sceann_hil.config.outline import Outline, outline_of
@@ -37,13 +39,17 @@ __all__ = [
     "Difference",
     "ExperimentConfig",
     "Outline",
+    "config_as_made",
     "config_difference",
     "config_from",
     "dump_config",
+    "journalled_config",
     "json_schema",
     "load_config",
+    "noted_config",
     "outline_of",
     "parse_config",
+    "require_installed",
     "schema_text",
     "with_robot_of",
 ]
@@ -52,6 +58,7 @@ __getattr__ = lazily(
     __name__,
     {
         "data": ("config_from", "with_robot_of"),
+        "journalled": ("config_as_made", "journalled_config", "noted_config", "require_installed"),
         "load": ("load_config", "parse_config"),
         "model": ("ControllerConfig", "ExperimentConfig"),
         "outline": ("Outline", "outline_of"),

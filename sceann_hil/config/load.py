@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -16,7 +16,7 @@ from sceann_hil.config.file import read_text
 from sceann_hil.config.model import ExperimentConfig
 from sceann_hil.config.overrides import with_overrides
 from sceann_hil.config.problems import Place, Problem, any_of, fail, nearest, raise_if_any, shown
-from sceann_hil.plugins import Section
+from sceann_hil.plugins import PluginConfig, Section
 from sceann_hil.registry import Group
 
 
@@ -34,13 +34,20 @@ def load_config(path: FilePath | str, overrides: Sequence[str] = ()) -> Experime
     return parse_config(read_text(path), str(path), overrides)
 
 
-def parse_config(text: str, source: str, overrides: Sequence[str] = ()) -> ExperimentConfig:
+StandIn = Callable[[Group, str], type[PluginConfig] | None]
+"""What takes the place of a plug-in by its group and name; None if that is installed."""
+
+
+def parse_config(
+    text: str, source: str, overrides: Sequence[str] = (), stand_in: StandIn | None = None
+) -> ExperimentConfig:
     """Check a configuration that is not in a file, such as the journal's copy.
 
     Args:
         text: YAML.
         source: what messages call it.
         overrides: as in `load_config`.
+        stand_in: asked for the models of plug-ins that are not installed; without it they are problems.
 
     Raises:
         ConfigError: as in `load_config`.
@@ -52,7 +59,7 @@ def parse_config(text: str, source: str, overrides: Sequence[str] = ()) -> Exper
         raise_if_any(document.problems)
         keys = ", ".join(ExperimentConfig.model_fields)
         fail(start, f"expected keys ({keys}), got {shown(document.data)}")
-    return validated(with_overrides(document, overrides))
+    return validated(with_overrides(document, overrides), stand_in)
 
 
 _PLUGGED: dict[str, Group] = {group.singular: group for group in Group}
@@ -63,7 +70,7 @@ _PLAIN: dict[str, type[Section]] = {
 }
 
 
-def validated(document: Document) -> ExperimentConfig:
+def validated(document: Document, stand_in: StandIn | None = None) -> ExperimentConfig:
     """The configuration that a document of plain data describes.
 
     Raises:
@@ -71,7 +78,7 @@ def validated(document: Document) -> ExperimentConfig:
         PluginError: as in `load_config`.
     """
     problems: list[Problem] = []
-    models = _section_models(document, problems)
+    models = _section_models(document, problems, stand_in)
     sections: dict[str, Section] = {}
     for name, model in models.items():
         try:
@@ -98,7 +105,7 @@ def _without_consequences(problems: list[Problem], unreadable: list[Problem]) ->
     return unreadable + [problem for problem in problems if (problem.place, problem.key) not in known]
 
 
-def _section_models(document: Document, problems: list[Problem]) -> dict[str, type[Section]]:
+def _section_models(document: Document, problems: list[Problem], stand_in: StandIn | None) -> dict[str, type[Section]]:
     """The model of every section that says well enough what it is."""
     models: dict[str, type[Section]] = {}
     for name in (*_PLUGGED, *_PLAIN):
@@ -111,6 +118,8 @@ def _section_models(document: Document, problems: list[Problem]) -> dict[str, ty
             problems.append(Problem(place, name, f"expected {expected}, got {shown(data)}"))
         elif name in _PLAIN:
             models[name] = _PLAIN[name]
+        elif stand_in is not None and (instead := stand_in(_PLUGGED[name], str(data.get("type")))) is not None:
+            models[name] = instead
         else:
             kind = _plugin_type(document, name, problems)
             if kind is not None:

@@ -17,8 +17,8 @@ from sceann_hil.network.controller import ONE, Dynamics, Neuron
 from sceann_hil.network.phenotype import Phenotype
 from sceann_hil.plugins import AlgorithmConfig, Misfit, RobotConfig, Section, TaskConfig
 from sceann_hil.supervision.budget import BudgetConfig
-from sceann_hil.supervision.drift_settings import ReferenceConfig
 from sceann_hil.supervision.operators import OperatorConfig
+from sceann_hil.supervision.reference_settings import ReferenceConfig
 from sceann_hil.supervision.saving import Racing, SavingConfig
 from sceann_hil.supervision.suspenders import SuspendersConfig
 
@@ -131,6 +131,8 @@ class ExperimentConfig(Section):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
+        if not (self.robot.installed and self.task.installed and self.algorithm.installed):
+            return self  # it did when the run was made
         with _blaming(self, "robot"):
             _ = self.robot.spec
         try:

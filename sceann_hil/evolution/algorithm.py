@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import ClassVar, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,6 +77,9 @@ class Algorithm(ABC, Generic[StateT]):
             state = algorithm.tell(state, fitness, rng)
     """
 
+    attended: ClassVar[bool] = False
+    """It is told of people's time, see `tell_attended`."""
+
     @abstractmethod
     def start(self, rng: np.random.Generator) -> StateT:
         """The first generation."""
@@ -125,6 +128,24 @@ class Algorithm(ABC, Generic[StateT]):
 
         Raises:
             ValueError: as in `tell`, or measures that are not finite numbers.
+        """
+        return self.tell(state, fitness, rng)
+
+    def tell_attended(
+        self, state: StateT, fitness: NDArray[np.float64], operator_s: float, rng: np.random.Generator
+    ) -> StateT:
+        """As `tell`, with the time that a person needed for this generation.
+
+        Only algorithms that are `attended` are told it; the default ignores it.
+
+        Args:
+            state: as in `tell`.
+            fitness: as in `tell`.
+            operator_s: for all attempts of its trials, void ones too; 0 if nobody was asked.
+            rng: as in `tell`.
+
+        Raises:
+            ValueError: as in `tell`.
         """
         return self.tell(state, fitness, rng)
 

@@ -146,15 +146,14 @@ class OGA(GenerationalAlgorithm[OGAState]):
 
     def structures(self, state: OGAState) -> list[str | None]:
         """Operon of each locus, and the list of values of each locus as text, expressed value first."""
-        return [
-            json.dumps(
-                {
-                    "operons": operons.tolist(),
-                    "values": ["".join(map(str, row[:n])) for row, n in zip(values.tolist(), lengths, strict=True)],
-                }
-            )
-            for values, lengths, operons in zip(state.values, state.lengths.tolist(), state.operons, strict=True)
+        n, loci, cap = state.values.shape
+        digits = (state.values + ord("0")).astype(np.uint8).tobytes().decode("ascii")
+        lengths, operons = state.lengths.tolist(), state.operons.tolist()
+        values = [
+            [digits[(first := cap * (loci * k + locus)) : first + lengths[k][locus]] for locus in range(loci)]
+            for k in range(n)
         ]
+        return [json.dumps({"operons": operons[k], "values": values[k]}) for k in range(n)]
 
     def _check_state(self, state: OGAState) -> None:
         self._check_genomes(state.genomes.shape)

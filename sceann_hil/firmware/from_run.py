@@ -5,12 +5,12 @@ from __future__ import annotations
 import shlex
 from collections.abc import Callable
 
-from sceann_hil.config import ExperimentConfig
+from sceann_hil.config import ExperimentConfig, noted_config
 from sceann_hil.firmware.verify import Sensors
 from sceann_hil.journal import IndividualRow, JournalReader
 from sceann_hil.network.image import ControllerImage
 from sceann_hil.run.chosen import BEST, chosen_individual
-from sceann_hil.run.replay import journalled_config, journalled_trials
+from sceann_hil.run.replay import journalled_trials
 
 
 def image_of(reader: JournalReader, config: ExperimentConfig, row: IndividualRow, command: str) -> ControllerImage:
@@ -46,7 +46,7 @@ def load_image(
     chosen = chosen_individual(reader, genome)
     if chosen.note:
         note(chosen.note)
-    return image_of(reader, journalled_config(reader), chosen.individual, command)
+    return image_of(reader, noted_config(reader), chosen.individual, command)
 
 
 def recorded_sensors(reader: JournalReader, genome: str = BEST) -> list[Sensors]:
@@ -55,7 +55,7 @@ def recorded_sensors(reader: JournalReader, genome: str = BEST) -> list[Sensors]
     Returns:
         One sequence per trial, shape ``(n_steps, n_sensors)``; none if the robot cannot repeat the past.
     """
-    config, row = journalled_config(reader), chosen_individual(reader, genome).individual
+    config, row = noted_config(reader), chosen_individual(reader, genome).individual
     attempts = [
         attempt
         for attempt in reader.attempts(row.generation)

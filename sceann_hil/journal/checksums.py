@@ -48,9 +48,17 @@ def first_wrong(rows: Sequence[tuple[Any, ...]]) -> tuple[Any, ...] | None:
     """The first row that its last column is not the checksum of; None if there is none."""
     if len(rows) < 8:
         return next((row for row in rows if row_checksum(row[:-1]) != row[-1]), None)
-    *columns, stored = zip(*rows, strict=True)
-    pairs = zip(rows, stored, row_checksums(columns, len(rows)), strict=True)
-    return next((row for row, known, now in pairs if known != now), None)
+    wrong = first_wrong_place([*zip(*rows, strict=True)])
+    return None if wrong is None else rows[wrong]
+
+
+def first_wrong_place(columns: Sequence[Column]) -> int | None:
+    """The first row that the last column is not the checksum of, of rows that are given column by column."""
+    *values, stored = columns
+    now = row_checksums(values, len(stored))  # type: ignore[arg-type]
+    if tuple(now) == tuple(stored):  # type: ignore[arg-type]
+        return None
+    return next(place for place, (known, made) in enumerate(zip(stored, now, strict=True)) if known != made)  # type: ignore[arg-type]
 
 
 def row_checksum(row: Sequence[Any]) -> int:
@@ -86,6 +94,8 @@ def _bits_of_column(column: Column) -> NDArray[np.uint64] | np.uint64:
 
 
 def _bits_of_values(column: Sequence[Any]) -> NDArray[np.uint64] | np.uint64:
+    if column and column[0] == column[-1] and column.count(column[0]) == len(column):
+        return np.uint64(_bits(column[0]))
     kinds = set(map(type, column))
     if kinds <= {type(None)}:
         return np.uint64(_NULL)

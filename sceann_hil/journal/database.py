@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 
 from sceann_hil.errors import NotARun, RunIsDamaged, RunIsNewer, database_error, way_out_of_damage
 from sceann_hil.journal.lock import who_has_locked
+from sceann_hil.journal.schema import statements
 from sceann_hil.journal.seal import Seal
 
 _MOST_PLAUSIBLE_SCHEMA = 100_000
@@ -89,6 +90,54 @@ def open_database(kind: DatabaseKind, path: Path, *, write: bool, checked: bool 
         db.close()
         raise
     return Opened(db, version)
+
+
+@contextmanager
+def new_database(path: Path, schema: str, application_id: int, schema_version: int) -> Iterator[sqlite3.Connection]:
+    """A database of ours that is being made, with all its tables, empty; whole when the block ends without an error.
+
+    Args:
+        path: where; nothing is there.
+        schema: its statements.
+        application_id: marks the file as ours.
+        schema_version: of the statements.
+    """
+    db = sqlite3.connect(path, isolation_level=None)
+    try:
+        db.execute("BEGIN IMMEDIATE")
+        make_tables(db, schema, application_id, schema_version)
+        yield db
+        db.execute("COMMIT")
+    finally:
+        db.close()
+
+
+def make_tables(db: sqlite3.Connection, schema: str, application_id: int, schema_version: int) -> None:
+    """All tables of a database of ours, empty, and what marks it as ours; see `new_database`."""
+    for statement in statements(schema):
+        db.execute(statement)
+    db.execute(f"PRAGMA application_id = {application_id}")
+    db.execute(f"PRAGMA user_version = {schema_version}")
+    db.execute("INSERT INTO head VALUES (1, 0)")
+
+
+@contextmanager
+def migration(db: sqlite3.Connection) -> Iterator[None]:
+    """Tables may be renamed and made anew in this block: all of it happens or, if anything stops that, nothing."""
+    db.execute("PRAGMA foreign_keys = OFF")
+    # what refers to a table goes on referring to its name, not to the table of old that is renamed
+    db.execute("PRAGMA legacy_alter_table = ON")
+    db.execute("BEGIN IMMEDIATE")
+    try:
+        yield
+        db.execute("COMMIT")
+    except BaseException:
+        if db.in_transaction:
+            db.execute("ROLLBACK")
+        raise
+    finally:
+        db.execute("PRAGMA legacy_alter_table = OFF")
+        db.execute("PRAGMA foreign_keys = ON")
 
 
 @contextmanager

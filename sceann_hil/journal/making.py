@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import sqlite3
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
 from sceann_hil.errors import RunExists
-from sceann_hil.journal.database import as_ours
+from sceann_hil.journal.database import as_ours, new_database
 from sceann_hil.journal.entries import FirstGeneration
 from sceann_hil.journal.insertion import insert_generation, insert_row
-from sceann_hil.journal.schema import APPLICATION_ID, JOURNAL_NAME, SCHEMA, SCHEMA_VERSION, UNBORN_NAME, statements
+from sceann_hil.journal.schema import APPLICATION_ID, JOURNAL_NAME, SCHEMA, SCHEMA_VERSION, UNBORN_NAME
 from sceann_hil.journal.seal import seal_path
 
 
@@ -19,13 +20,14 @@ def is_unborn(path: Path) -> bool:
     return path.name.startswith(UNBORN_NAME)
 
 
-def make_journal(directory: Path, run: tuple[Any, ...], first: FirstGeneration | None) -> None:
+def make_journal(directory: Path, run: tuple[Any, ...], first: FirstGeneration | None, spec: str | None = None) -> None:
     """Make a journal with a run in it, and generation 0 if it comes from another run.
 
     Args:
         directory: where; it exists.
         run: name, time, root seed, configuration, versions and parent.
         first: generation 0.
+        spec: JSON of what is known of its robot.
 
     Raises:
         RunExists: there is a journal already.
@@ -37,24 +39,15 @@ def make_journal(directory: Path, run: tuple[Any, ...], first: FirstGeneration |
         leftover.unlink()
     seal_path(path).unlink(missing_ok=True)
     making = directory / UNBORN_NAME
-    with as_ours(path):
-        db = sqlite3.connect(making, isolation_level=None)
-        try:
-            make_tables(db)
-            insert_row(db, "run", (1, *run))
-            if first is not None:
-                insert_generation(db, 0, first.state, first.genomes, None, first.parents, first.structures)
-            db.execute("COMMIT")
-        finally:
-            db.close()
+    with as_ours(path), new_journal(making) as db:
+        insert_row(db, "run", (1, *run))
+        if spec is not None:
+            insert_row(db, "robot", (1, spec))
+        if first is not None:
+            insert_generation(db, 0, first.state, first.genomes, None, first.parents, first.structures)
     making.rename(path)
 
 
-def make_tables(db: sqlite3.Connection) -> None:
-    """Begin a transaction with all tables, empty."""
-    db.execute("BEGIN IMMEDIATE")
-    for statement in statements(SCHEMA):
-        db.execute(statement)
-    db.execute(f"PRAGMA application_id = {APPLICATION_ID}")
-    db.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
-    db.execute("INSERT INTO head VALUES (1, 0)")
+def new_journal(path: Path) -> AbstractContextManager[sqlite3.Connection]:
+    """See `new_database`."""
+    return new_database(path, SCHEMA, APPLICATION_ID, SCHEMA_VERSION)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from sceann_hil.errors import NotARun, RunIsDamaged, way_out_of_damage
 from sceann_hil.journal import schema1, schema2
 from sceann_hil.journal.attempts import attempt_row, attempt_rows
-from sceann_hil.journal.checksums import first_wrong
+from sceann_hil.journal.checked import CheckedRows
 from sceann_hil.journal.database import DatabaseKind, open_database, understood
 from sceann_hil.journal.entries import AttemptKind
 from sceann_hil.journal.rows import (
@@ -27,7 +27,6 @@ from sceann_hil.journal.rows import (
     SessionRow,
     SpentRow,
     generation_row,
-    place_of,
     session_row,
 )
 from sceann_hil.journal.schema import (
@@ -44,7 +43,6 @@ KIND = DatabaseKind(
     "journal", APPLICATION_ID, SCHEMA_VERSION, ("run", "generation", "individual", "attempt", "session", "event"),
     "sceann evolve",
 )  # fmt: skip
-_ROWS_AT_ONCE = 20_000
 
 
 def journal_path(directory: Path) -> Path:
@@ -65,7 +63,7 @@ def journal_path(directory: Path) -> Path:
     raise NotARun(f"{directory} is not a run: it {what}.", "Name the folder that `sceann evolve` printed (its --out).")
 
 
-class JournalReader:
+class JournalReader(CheckedRows):
     """Questions to a run's journal.
 
     Raises (every method, too):
@@ -97,11 +95,6 @@ class JournalReader:
                 schema2.read_as_today(self._db)
                 if self._schema < FIRST_WITH_CHECKSUMS:
                     schema1.read_as_today(self._db)
-
-    @property
-    def database(self) -> sqlite3.Connection:
-        """The connection, for questions that no method asks."""
-        return self._db
 
     @property
     def schema_version(self) -> int:
@@ -210,6 +203,11 @@ class JournalReader:
         return self._attempts(
             "WHERE id > ? AND id <= ? AND generation = ? ORDER BY id", before or 0, last or 2**62, generation
         )
+
+    def count_counted(self, generation: int) -> int:
+        """How many of a generation's attempts have a fitness, without a look at their rows."""
+        question = "SELECT count(*) FROM attempt WHERE generation = ? AND fitness IS NOT NULL"
+        return int(self.one(question, generation)[0])
 
     def attempt(self, identity: int) -> AttemptRow:
         """One attempt by its id.
@@ -333,43 +331,6 @@ class JournalReader:
     def events(self) -> list[tuple[str, int | None, str, str]]:
         """(time, generation, kind, message) of all events in order."""
         return [row[1:] for row in self.rows("event", "ORDER BY id")]
-
-    # -- rows as they stand --------------------------------------------------------------------------------------------
-
-    def rows(self, table: str, where: str = "", *values: Any) -> list[tuple[Any, ...]]:
-        """Rows of a table, `columns_of` it, each compared with its checksum."""
-        columns = columns_of(table)
-        with understood(self.path):
-            question = f"SELECT {', '.join(columns)}, checksum FROM {table} {where}"
-            rows = self._db.execute(question, values).fetchall()
-        if self._checked and self._schema >= FIRST_WITH_CHECKSUMS:
-            self._compare(table, rows)
-        return [row[:-1] for row in rows]
-
-    def all_rows(self, table: str, key: str) -> Iterator[list[tuple[Any, ...]]]:
-        """All rows of a table in the order of its key, some thousands at a time."""
-        last = -1
-        while rows := self.rows(table, f"WHERE {key} > ? ORDER BY {key} LIMIT {_ROWS_AT_ONCE}", last):
-            yield rows
-            last = rows[-1][0]
-
-    def one(self, question: str, *values: Any) -> tuple[Any, ...]:
-        """The answer to a question that has one row."""
-        with understood(self.path):
-            row = self._db.execute(question, values).fetchone()
-        if row is None:
-            raise self.damaged("a row is missing")
-        return tuple(row)
-
-    def damaged(self, what: str) -> RunIsDamaged:
-        """An error that says where."""
-        return RunIsDamaged(f"{self.path} is damaged: {what}.", way_out_of_damage(self.path))
-
-    def _compare(self, table: str, rows: list[tuple[Any, ...]]) -> None:
-        with understood(self.path):
-            wrong = first_wrong(rows) if rows else None
-        if wrong is not None:
-            raise self.damaged(f"{place_of(table, wrong)} is not as it was written")
 
     def _attempts(self, where: str, *values: Any) -> list[AttemptRow]:
         rows = self.rows("attempt", where, *values)

@@ -8,9 +8,9 @@ from contextlib import suppress
 from pathlib import Path
 
 from sceann_hil.errors import NotARun, RunIsDamaged
-from sceann_hil.journal.database import as_ours, understood
+from sceann_hil.journal.database import understood
 from sceann_hil.journal.insertion import insert_row, now_text, rewrite_digests
-from sceann_hil.journal.making import is_unborn, make_tables
+from sceann_hil.journal.making import is_unborn, new_journal
 from sceann_hil.journal.reader import JournalReader, journal_path
 from sceann_hil.journal.schema import UNBORN_NAME, columns_of
 from sceann_hil.journal.seal import seal_path
@@ -60,25 +60,18 @@ def return_to_generation(directory: Path, number: int) -> Path:
 
 
 def _copy(reader: JournalReader, making: Path, number: int) -> None:
-    with as_ours(making):
-        db = sqlite3.connect(making, isolation_level=None)
-    try:
-        with understood(making):
-            make_tables(db)
-            last = reader.one("SELECT last_attempt FROM generation WHERE number = ?", number)[0]
-            _copy_rows(reader, db, number, last)
-            event = 1 + db.execute("SELECT coalesce(max(id), 0) FROM event").fetchone()[0]
-            words = f"went back to generation {number}; the journal of before is kept beside this one"
-            insert_row(db, "event", (event, now_text(), number, "damage", words))
-            db.execute("COMMIT")
-    finally:
-        db.close()
+    with understood(making), new_journal(making) as db:
+        last = reader.one("SELECT last_attempt FROM generation WHERE number = ?", number)[0]
+        _copy_rows(reader, db, number, last)
+        event = 1 + db.execute("SELECT coalesce(max(id), 0) FROM event").fetchone()[0]
+        words = f"went back to generation {number}; the journal of before is kept beside this one"
+        insert_row(db, "event", (event, now_text(), number, "damage", words))
 
 
 def _copy_rows(reader: JournalReader, db: sqlite3.Connection, number: int, last: int) -> None:
     """Sound rows only: of each table those of the generations that are kept, and those that belong to none."""
     sound = JournalReader(reader.directory, reader.database)  # compares every row that it reads
-    for table in ("run", "start"):
+    for table in ("run", "robot", "start"):
         for row in sound.rows(table):
             insert_row(db, table, row)
     for table in ("session", "measurement", "event"):

@@ -15,7 +15,7 @@ UNBORN_NAME = f".{JOURNAL_NAME}.new"
 """A journal that is being made; it gets its own name when it is whole."""
 SCHEMA_VERSION = 3
 FIRST_WITH_CHECKSUMS = 2
-"""Schema 2 is today's without the table ``batch``."""
+"""Schema 2 is today's without the tables ``robot`` and ``batch``."""
 APPLICATION_ID = 0x5CEA2210
 """Marks an SQLite file as a journal of ours."""
 
@@ -29,6 +29,12 @@ CREATE TABLE run (
     versions      TEXT NOT NULL,     -- JSON: this package, Python, NumPy, Numba, plug-ins, processor, machine
     parent_run    TEXT,              -- directory of the run whose population this one started from
     checksum      INTEGER            -- of the columns before; so in every table
+) STRICT;
+
+CREATE TABLE robot (
+    only_row      INTEGER PRIMARY KEY CHECK (only_row = 1),
+    spec          TEXT NOT NULL,     -- JSON: numbers of sensors and motors, tick, names of fields; for whoever has not
+    checksum      INTEGER            -- the package that knows this robot. Empty in journals begun by schemas 1 and 2
 ) STRICT;
 
 CREATE TABLE head (
@@ -167,6 +173,7 @@ CREATE TABLE event (
 
 COLUMNS = {
     "run": "only_row name created_at root_seed config versions parent_run",
+    "robot": "only_row spec",
     "generation": "number started_at state_checksum begun_digest finished_at wall_s attempts robot_s operator_s "
     "best_fitness mean_fitness worst_fitness success_rate last_attempt digest",
     "individual": "id generation number genome parent ancestor structure fitness",

@@ -9,6 +9,7 @@ from __future__ import annotations
 import sqlite3
 import zlib
 
+from sceann_hil.journal.database import migration
 from sceann_hil.journal.insertion import rewrite_digests, update_checksums
 from sceann_hil.journal.schema import COLUMNS, SCHEMA, SCHEMA_VERSION, columns_of, statements
 
@@ -65,20 +66,8 @@ def read_as_today(db: sqlite3.Connection) -> None:
 def bring_up_to_date(db: sqlite3.Connection) -> None:
     """Change a journal of schema 1 into one of today's, all of it or, if anything stops that, nothing."""
     db.create_function("from_hex", 1, _from_hex, deterministic=True)
-    db.execute("PRAGMA foreign_keys = OFF")
-    # what refers to a table goes on referring to its name, not to the table of old that is renamed
-    db.execute("PRAGMA legacy_alter_table = ON")
-    db.execute("BEGIN IMMEDIATE")
-    try:
+    with migration(db):
         _change(db)
-        db.execute("COMMIT")
-    except BaseException:
-        if db.in_transaction:
-            db.execute("ROLLBACK")
-        raise
-    finally:
-        db.execute("PRAGMA legacy_alter_table = OFF")
-        db.execute("PRAGMA foreign_keys = ON")
 
 
 def _change(db: sqlite3.Connection) -> None:

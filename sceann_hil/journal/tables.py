@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import csv
+import io
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import fields
 from pathlib import Path
@@ -12,11 +14,12 @@ import numpy as np
 
 from sceann_hil.errors import RunExists
 from sceann_hil.journal.reader import JournalReader
-from sceann_hil.journal.rows import AttemptRow, GenerationRow, IndividualRow
+from sceann_hil.journal.rows import AttemptRow, GenerationRow
 from sceann_hil.journal.schema import FIRST_WITH_CHECKSUMS, columns_of
 from sceann_hil.places import make_folder
 
 _OF_TABLE = {"start": "start", "own_genome": "genome"}
+_NEEDS_QUOTES = re.compile('[",\r\n]')
 _TRIAL_COLUMNS = [_OF_TABLE.get(name, name) for name in columns_of("attempt") if not name.endswith("_at")]
 
 
@@ -34,11 +37,9 @@ def export_csv(reader: JournalReader, folder: Path) -> list[Path]:
         RunExists: one of them is there already.
         RunIsDamaged: a row is not as it was written.
     """
-    generations = reader.generations()
-    individuals = (row for generation in generations for row in reader.individuals(generation.number))
-    tables: dict[str, tuple[list[str], Iterable[Iterable[object]]]] = {
-        "generations": (_names(GenerationRow), map(_cells, generations)),
-        "individuals": (_names(IndividualRow), map(_cells, individuals)),
+    tables: dict[str, tuple[list[str], Iterable[str]]] = {
+        "generations": (_names(GenerationRow), map(_line, map(_cells, reader.generations()))),
+        "individuals": (columns_of("individual"), map(_lines, reader.all_columns("individual", "id"))),
         "trials": (_TRIAL_COLUMNS, _trials(reader)),
     }
     paths = {name: folder / f"{name}.csv" for name in tables}
@@ -48,11 +49,10 @@ def export_csv(reader: JournalReader, folder: Path) -> list[Path]:
     make_folder(folder)
     making = {name: folder / f".{name}.csv.new" for name in tables}
     try:
-        for name, (columns, rows) in tables.items():
+        for name, (columns, lines) in tables.items():
             with making[name].open("w", newline="", encoding="utf-8") as file:
-                writer = csv.writer(file)
-                writer.writerow(columns)
-                writer.writerows(rows)
+                file.write(_line(columns))
+                file.writelines(lines)
         for name, path in paths.items():
             making[name].rename(path)
     finally:
@@ -61,20 +61,48 @@ def export_csv(reader: JournalReader, folder: Path) -> list[Path]:
     return list(paths.values())
 
 
-def _trials(reader: JournalReader) -> Iterator[Iterable[object]]:
-    """Rows of the table as they are, without objects in between: there may be millions."""
+def _trials(reader: JournalReader) -> Iterator[str]:
+    """Lines of the table, some thousands at a time, without objects in between: there may be millions."""
     if reader.schema_version < FIRST_WITH_CHECKSUMS:
         for generation in reader.generations():
-            yield from map(_attempt_cells, reader.attempts(generation.number))
+            yield from (_line(_attempt_cells(row)) for row in reader.attempts(generation.number))
         return
     starts = {identity: " ".join(map(repr, values)) for identity, values in reader.starts().items()}
     names = columns_of("attempt")
-    for rows in reader.all_rows("attempt", "id"):
-        columns: dict[str, Sequence[Any]] = dict(zip(names, zip(*rows, strict=True), strict=True))
+    for part in reader.all_columns("attempt", "id"):
+        columns = dict(zip(names, part, strict=True))
         columns["start"] = [starts[identity] for identity in columns["start"]]
         columns["noise_key"] = np.array(columns["noise_key"], np.int64).view(np.uint64).tolist()
-        columns["final_state"] = [text and text[1:-1].replace(",", " ") for text in columns["final_state"]]
-        yield from zip(*(columns[name] for name in names if not name.endswith("_at")), strict=True)
+        # lists of numbers have no line breaks: all of them at once
+        states = "\n".join(text or "" for text in columns["final_state"])
+        columns["final_state"] = states.replace("[", "").replace("]", "").replace(",", " ").split("\n")
+        yield _lines([columns[name] for name in names if not name.endswith("_at")])
+
+
+def _lines(columns: Sequence[Sequence[Any]]) -> str:
+    """Rows, at least one, given column by column, as the csv module writes them one by one, which takes longer."""
+    form, varying = [], []
+    for column in columns:
+        kinds, first = set(map(type, column)), column[0]
+        if len(kinds) == 1 and column.count(first) == len(column):
+            form.append(_field(first).replace("%", "%%"))
+            continue
+        plain = kinds <= {int, float} or (kinds == {str} and not _NEEDS_QUOTES.search("".join(column)))
+        form.append("%s" if kinds == {str} or not plain else "%r")
+        varying.append(column if plain else [_field(value) for value in column])
+    line = ",".join(form) + "\r\n"
+    return "".join([line % row for row in zip(*varying, strict=True)]) if varying else line % () * len(columns[0])
+
+
+def _line(cells: Iterable[object]) -> str:
+    text = io.StringIO()
+    csv.writer(text).writerow(cells)
+    return text.getvalue()
+
+
+def _field(value: object) -> str:
+    # beside another one: alone, nothing at all would be put into quotation marks
+    return _line(["", value])[1:-2]
 
 
 def _attempt_cells(row: AttemptRow) -> list[object]:

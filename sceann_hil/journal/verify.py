@@ -20,7 +20,8 @@ from sceann_hil.journal.schema import FIRST_WITH_CHECKSUMS
 from sceann_hil.journal.seal import is_untouched
 
 _MOST_COMPLAINTS_OF_SQLITE = 20
-_SMALL_TABLES = ("run", "start", "session", "measurement", "event")
+ALL_OF = 100_000
+"""Attempts in a journal up to which every command that writes looks at all of it, in a second or two."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,8 +53,13 @@ class Verdict:
         )
 
 
-def examine(directory: Path) -> Verdict:
+def examine(directory: Path, newest: int | None = None) -> Verdict:
     """Look at everything in a run's journal.
+
+    Args:
+        directory: the run.
+        newest: where there are more attempts than this, look at the newest generations that have so many, and of
+            those before only at their figures.
 
     Raises:
         NotARun, RunIsNewer, CannotRead: there is nothing to look at.
@@ -71,17 +77,19 @@ def examine(directory: Path) -> Verdict:
             return Verdict(tuple(damage))
         reader = JournalReader(directory, reader.database)  # rows are compared all the same
     try:
-        damage += complaints_of_sqlite(reader.database, reader.path)
+        since = 0 if newest is None else _first_of_newest(reader, newest)
+        if not since:
+            damage += complaints_of_sqlite(reader.database, reader.path)
         if reader.schema_version < FIRST_WITH_CHECKSUMS:
             finished = len(reader.generations(finished=True)) if not damage else 0
             return Verdict(tuple(damage), finished, has_checksums=False)
-        fundamental = [*_tried(lambda: _read(reader, "run", "start"))]
+        fundamental = [*_tried(lambda: _read(reader, "run", "robot", "start"))]
         damage += fundamental
         damage += _tried(lambda: _read(reader, "session", "measurement", "event"))
         damage += _tried(lambda: _batches(reader))
         finished, last_sound = 0, None
         sound = not fundamental
-        for number, complaints, is_finished in _generations(reader):
+        for number, complaints, is_finished in _generations(reader, since):
             damage += complaints
             sound = sound and not complaints
             finished += is_finished
@@ -96,12 +104,15 @@ def examine(directory: Path) -> Verdict:
 def require_sound(directory: Path) -> None:
     """Refuse a journal in which something is damaged; quick if it is byte for byte as its last process left it.
 
+    After a crash a long run would keep people waiting: then only its newest `ALL_OF` attempts are looked at, and what
+    evolution goes on from. Every row is compared with its checksum when it is read in any case.
+
     Raises:
         RunIsDamaged: with the place, and the last generation that is sound.
     """
     if is_untouched(journal_path(directory)):
         return
-    verdict = examine(directory)
+    verdict = examine(directory, ALL_OF)
     if verdict.damage:
         more = f" ({len(verdict.damage) - 1} more: `sceann check {directory}`)" if len(verdict.damage) > 1 else ""
         raise RunIsDamaged(
@@ -138,8 +149,18 @@ def _read(reader: JournalReader, *tables: str) -> None:
         reader.run()
 
 
-def _generations(reader: JournalReader) -> Iterator[tuple[int, list[str], bool]]:
-    """Number, complaints, and whether it is finished, of every generation."""
+def _first_of_newest(reader: JournalReader, attempts: int) -> int:
+    """The first of the newest generations that have so many attempts; 0 if all together have no more."""
+    try:
+        before = reader.count_attempts() - attempts
+        question = "SELECT count(*) FROM generation WHERE last_attempt <= ?"
+        return int(reader.one(question, before)[0]) if before > 0 else 0
+    except RunIsDamaged:
+        return 0
+
+
+def _generations(reader: JournalReader, since: int) -> Iterator[tuple[int, list[str], bool]]:
+    """Number, complaints, and whether it is finished, of every generation; of those before `since` the figures only."""
     try:
         with understood(reader.path):
             question = "SELECT number, finished_at, last_attempt FROM generation ORDER BY number"
@@ -154,9 +175,18 @@ def _generations(reader: JournalReader) -> Iterator[tuple[int, list[str], bool]]
         if number != last + 1:
             complaints.append(f"{reader.path} is damaged: generation {last + 1} is missing")
         till = last_attempt if last_attempt is not None else 2**62
-        complaints += _tried(lambda n=number, a=after, t=till, f=finished_at: _generation(reader, n, a, t, f, averaged))  # type: ignore[misc]
+        if number < since:
+            complaints += _tried(lambda n=number: _figures(reader, n))  # type: ignore[misc]
+        else:
+            complaints += _tried(
+                lambda n=number, a=after, t=till, f=finished_at: _generation(reader, n, a, t, f, averaged)  # type: ignore[misc]
+            )
         yield number, complaints, finished_at is not None
         last, after = number, till
+
+
+def _figures(reader: JournalReader, number: int) -> None:
+    reader.generation(number)
 
 
 def _generation(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Self
 
@@ -39,7 +40,7 @@ from sceann_hil.journal.sensor_traces import pack_sensor_trace
 from sceann_hil.journal.transactions import Transactions
 from sceann_hil.journal.verify import require_sound
 from sceann_hil.network.coding import Bits
-from sceann_hil.robot import EndReason, Results
+from sceann_hil.robot import EndReason, Results, RobotSpec
 from sceann_hil.versions import running_versions, version_differences
 
 
@@ -91,6 +92,7 @@ class Journal:
         versions: dict[str, str],
         parent_run: str | None = None,
         first: FirstGeneration | None = None,
+        robot: RobotSpec | None = None,
     ) -> Self:
         """Start the journal of a new run.
 
@@ -102,12 +104,13 @@ class Journal:
             versions: of what it runs on.
             parent_run: directory of the run whose population this one starts from.
             first: generation 0, if it comes from there.
+            robot: what is known of it, for whoever looks at the run without the package that knows it.
 
         Raises:
             RunExists: there is a journal already.
         """
         row = (readable(name), now_text(), root_seed, config, json.dumps(versions), parent_run and readable(parent_run))
-        make_journal(directory, row, first)
+        make_journal(directory, row, first, json.dumps(asdict(robot)) if robot is not None else None)
         return cls(directory)
 
     is_unborn = staticmethod(is_unborn)
@@ -189,8 +192,8 @@ class Journal:
         """
         n, said = len(ids), None if circumstances.note is None else readable(circumstances.note)
         names = {code: EndReason(code).name.lower() for code in set(results.end_reasons.tolist())}
-        void = [code for code in names if EndReason(code).is_void]
-        is_void = np.isin(results.end_reasons, void) if void else None
+        counts = results.counts
+        is_void = None if counts.all() else ~counts
         fresh, known, notes = self._written(ids)
         learned: list[Column] = [
             *(milliseconds(), [names[code] for code in results.end_reasons.tolist()], results.steps),

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import importlib
+import io
 import pickle
 import re
 import sys
@@ -17,14 +19,54 @@ from typing import Any
 
 import llvmlite  # type: ignore[import-untyped]
 import numba
-from numba.core import compiler, serialize
+from numba.core import compiler, environment, serialize
 from numba.core.caching import _Cache
+from numba.core.runtime import nrt
 
 from sceann_hil import derived
 from sceann_hil.network.fingerprint import fingerprint
 
 _has_dynamic_globals = attrgetter("library.has_dynamic_globals")
 """Code with addresses of this process in it, such as those of large global arrays."""
+
+
+_NEEDS_A_COMPILER = b"_numba_hashsecret"
+"""In machine code: a symbol that only a whole compiler gives an address to."""
+
+
+def _make_ready(target_context: Any, data: bytes) -> None:
+    """What machine code needs before it can be loaded.
+
+    Numba refreshes its compiler here, which takes as long as all else of a short run and imports SciPy. Code that is
+    compiled already needs the memory functions only; whatever has to be compiled later refreshes the compiler itself.
+    """
+    if _NEEDS_A_COMPILER in data:
+        target_context.refresh()
+    else:
+        nrt.rtsys.initialize(target_context)
+
+
+class _Unpickler(pickle.Unpickler):
+    """Reads what Numba's compiler has pickled without importing the parts of the compiler that it came from."""
+
+    def find_class(self, module: str, name: str) -> Any:
+        if (module, name) == (environment.__name__, environment._rebuild_env.__name__):
+            return _environment
+        return super().find_class(module, name)
+
+
+def _environment(module: str, constants: list[Any], name: str) -> Any:
+    """As Numba's: only code that is not compiled wholly looks for names in the module that it stood in."""
+    memo: Any = environment.Environment._memo
+    if (known := memo.get(name)) is not None:
+        return known
+    skipped = module.startswith("numba.") and module not in sys.modules
+    names = {"__name__": module} if skipped else importlib.import_module(module).__dict__
+    made: Any = environment.Environment(names)
+    made.consts[:] = constants
+    made.env_name = name
+    memo[name] = made
+    return made
 
 
 class CodeCache(_Cache):
@@ -46,14 +88,14 @@ class CodeCache(_Cache):
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         if not self._enabled:
             return None
-        target_context.refresh()
         path = self._path(sig, target_context.codegen())
         data = derived.read(path)
         if data is None:
             return None
+        _make_ready(target_context, data)
         try:
             rebuild: Any = compiler.CompileResult._rebuild
-            return rebuild(target_context, *pickle.loads(data))
+            return rebuild(target_context, *_Unpickler(io.BytesIO(data)).load())
         except Exception:
             # whole, but not of this compiler: the same as nothing
             derived.remove(path)

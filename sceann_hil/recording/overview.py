@@ -63,7 +63,7 @@ def overview_generation(run: RecordedRun, generation: RecordedGeneration) -> Ite
         yield once(f"/log/note{number}", when, rr.TextLog(f"{kind}: {message}", level="WARN"))
     yield from _paths(run, generation)
     weights = generation.weights[generation.champion]
-    yield once("/network/connections", when, network.connections(weights, run.size))
+    yield once("/network/connections", when, network.connections(weights, run.size, run.sensors_from_left))
     picture = style.weight_image(generation.weights.reshape(len(fitness), -1)[order])
     yield once("/population/weights", when, rr.Image(picture))
     yield once("/population/fitness", when, rr.BarChart(fitness[order], color=style.TRAIL))
@@ -75,6 +75,10 @@ def _paths(run: RecordedRun, generation: RecordedGeneration) -> Iterator[Chunk]:
     """Everyone's trials from red (worst) to blue (best), the champion's on top."""
     drawing = run.drawing
     if drawing is None or not (drawing.swing is not None or has_paths(drawing)):
+        return
+    moving = (drawing.parts[0].x, drawing.parts[0].y) if drawing.swing is None else (drawing.swing.field,)
+    if not set(moving) <= set(run.state_fields):
+        # of most real robots nobody knows where they went
         return
     left, right, bottom, top = drawing.bounds_m
     name, thin = scene.SCENE, max(right - left, top - bottom) / 800

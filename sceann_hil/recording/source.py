@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.config import parse_config
+from sceann_hil.config import journalled_config
 from sceann_hil.errors import ReplayDiffers
 from sceann_hil.evolution.algorithm import Archive
-from sceann_hil.journal import JOURNAL_NAME, AttemptRow, GenerationRow, JournalReader
+from sceann_hil.journal import AttemptRow, GenerationRow, JournalReader, RunRow
 from sceann_hil.journal.again import sound_trials, trial_arrays
 from sceann_hil.network.coding import Weights
 from sceann_hil.network.controller import Dynamics, state_hash
@@ -46,6 +46,11 @@ class RecordedGeneration:
     archive: Archive | None = None
 
 
+def recorded_name(run: RunRow) -> str:
+    """What recordings call a run."""
+    return as_id(f"{run.name}-{run.root_seed}")
+
+
 class RunSource:
     """The trials of one run, read from its journal while it may still be running.
 
@@ -60,17 +65,17 @@ class RunSource:
 
         Raises:
             NotARun, RunIsNewer, RunIsDamaged: it cannot be read.
-            ConfigError, PluginError: its configuration needs a package that is not there.
+            PackageMissing, ConfigError: its configuration needs a package that is not there, or in another version.
         """
         self._reader = JournalReader(run_dir)
         row = self._reader.run()
         self.config, self.seed = row.config, row.root_seed
-        config = self._config = parse_config(row.config, f"the configuration in {run_dir / JOURNAL_NAME}")
+        config = self._config = journalled_config(self._reader)
         self._robot, self._task = config.robot.build(), config.build_task()
         self._phenotype = config.phenotype
         spec = self._robot.spec
         self.run = RecordedRun(
-            name=as_id(f"{row.name}-{row.root_seed}"),
+            name=recorded_name(row),
             experiment=as_id(row.name),
             robot=spec.name,
             size=config.size,
@@ -172,6 +177,8 @@ class RunSource:
 
     def expected_trials(self, number: int) -> int:
         """How many trials of a finished generation were counted."""
+        if self._robot.spec.deterministic:
+            return self._reader.count_counted(number)
         return len(self._drawable(number))
 
     def _counted(self, generation: int) -> list[AttemptRow]:

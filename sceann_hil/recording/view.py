@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from pathlib import Path
 
-from sceann_hil.errors import NotARun, RunIsLocked
+from sceann_hil.errors import NotARun, PackageMissing, RunIsLocked
 from sceann_hil.guarded import guarded
-from sceann_hil.journal import AttemptRow
+from sceann_hil.journal import AttemptRow, JournalReader
 from sceann_hil.recording.catalog import catalog
 from sceann_hil.recording.display import require_display
 from sceann_hil.recording.headless import (
@@ -20,13 +20,14 @@ from sceann_hil.recording.headless import (
     complaints,
     explain_failure,
     headless_viewer,
+    wait_for_gallery,
     wait_for_views,
 )
 from sceann_hil.recording.paths import RecordingPaths
 from sceann_hil.recording.process import Detail, RecorderStatus, wait_for_recorder
 from sceann_hil.recording.recorder import Recorder, remedy
 from sceann_hil.recording.rrd import VIEWER, check, quiet_environment
-from sceann_hil.recording.source import RunSource
+from sceann_hil.recording.source import RunSource, recorded_name
 from sceann_hil.recording.trial import RecordedTrial, recording_id
 from sceann_hil.recording.trial_files import write_trials
 
@@ -103,7 +104,9 @@ def picture(
         NotARun, RecordingIsDamaged, ViewerUnavailable: as `view`.
     """
     with prepared(run_dir, screen) as source, headless_viewer(source) as client:
-        if screen != GALLERY:
+        if screen == GALLERY:
+            wait_for_gallery(client)
+        else:
             wait_for_views(client)
         time.sleep(settle_s)
         if at is not None and screen.overview:
@@ -123,7 +126,12 @@ def prepared(run_dir: Path, screen: Screen, report: Callable[[RecorderStatus], N
         NotARun, RecordingIsDamaged: as `view`.
     """
     paths = RecordingPaths(run_dir)
-    source = RunSource(run_dir)
+    try:
+        source = RunSource(run_dir)
+    except PackageMissing as missing:
+        with _recorded_before(paths, screen, missing) as shown:
+            yield shown
+        return
     try:
         wanted = _wanted(source, screen, run_dir)
         run = source.run
@@ -133,23 +141,52 @@ def prepared(run_dir: Path, screen: Screen, report: Callable[[RecorderStatus], N
     if screen.overview:
         yield str(_sound(paths.run, run_dir))
         return
-    numbers = paths.recorded_generations() if wanted.generations is None else sorted(wanted.generations)
-    files = [_sound(paths.generation(number), run_dir) for number in numbers]
-    for shared in (paths.scenery, paths.trial_blueprint, paths.table_blueprint):
-        _present(shared)
+    files = _trial_files(paths, wanted.generations)
     # only whoever looks now sees an unfinished generation so: in a minute there is more of it
     with tempfile.TemporaryDirectory(prefix="sceann-") as now:
         if wanted.so_far:
             files.append(Path(now) / "so-far.rrd")
             write_trials(run, wanted.so_far, files[-1])
-        with catalog(paths, files) as served:
-            row = wanted.shown
-            if row is None:
-                yield served.gallery_url
-            else:
-                yield served.trial_url(
-                    recording_id(run.name, row.own_generation, row.individual, row.trial, row.attempt)
-                )
+        with _served(paths, files, run.name, wanted.shown) as address:
+            yield address
+
+
+def _trial_files(paths: RecordingPaths, generations: set[int] | None) -> list[Path]:
+    numbers = paths.recorded_generations() if generations is None else sorted(generations)
+    files = [_sound(paths.generation(number), paths.run_dir) for number in numbers]
+    for shared in (paths.scenery, paths.trial_blueprint, paths.table_blueprint):
+        _present(shared)
+    return files
+
+
+@contextlib.contextmanager
+def _served(paths: RecordingPaths, files: Sequence[Path], name: str, row: AttemptRow | None) -> Iterator[str]:
+    """The address of one trial, or of all of them."""
+    with catalog(paths, files) as served:
+        if row is None:
+            yield served.gallery_url
+        else:
+            yield served.trial_url(recording_id(name, row.own_generation, row.individual, row.trial, row.attempt))
+
+
+@contextlib.contextmanager
+def _recorded_before(paths: RecordingPaths, screen: Screen, missing: PackageMissing) -> Iterator[str]:
+    """What was recorded while everything that the run needs was installed."""
+    reader = JournalReader(paths.run_dir)
+    try:
+        row = reader.attempt(screen.trial) if screen.trial is not None else None
+        name = recorded_name(reader.run())
+    finally:
+        reader.close()
+    generations = None if row is None else {row.own_generation}
+    wanted = [paths.run] if screen.overview else [paths.generation(number) for number in generations or ()]
+    if not all(file.exists() for file in wanted) or not (screen.overview or paths.recorded_generations()):
+        raise missing
+    if screen.overview:
+        yield str(_sound(paths.run, paths.run_dir))
+        return
+    with _served(paths, _trial_files(paths, generations), name, row) as address:
+        yield address
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sceann_hil.config import ExperimentConfig, parse_config
+from sceann_hil.config import ExperimentConfig, journalled_config
 from sceann_hil.errors import ConfigError, NotARun
 from sceann_hil.evolution import Algorithm, State
 from sceann_hil.journal import FirstGeneration, IndividualRow, JournalReader
@@ -52,7 +52,7 @@ class Ancestor:
             reader.close()
 
     def _first_generation(self, reader: JournalReader, config: ExperimentConfig) -> FirstGeneration:
-        theirs = parse_config(reader.run().config, f"{self.directory}: journalled configuration")
+        theirs = journalled_config(reader)
         self._check(theirs, config)
         finished = reader.generations(finished=True)
         if not finished:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from sceann_hil.evolution import Algorithm, State
-from sceann_hil.journal import Journal
+from sceann_hil.journal import Journal, JournalReader
 from sceann_hil.run.measures import Measures
 from sceann_hil.seeds import Purpose, generator
 
@@ -43,6 +43,11 @@ def generations(
         number, state = _breed(journal, algorithm, root_seed, number, state, measures)
 
 
+def operator_s(reader: JournalReader, number: int) -> float:
+    """Time that a person needed for all attempts of a generation, void ones too."""
+    return sum(row.operator_s or 0.0 for row in reader.attempts(number))
+
+
 def _breed(
     journal: Journal,
     algorithm: Algorithm[Any],
@@ -54,7 +59,9 @@ def _breed(
     rows = journal.reader.individuals(number)
     fitness = journal.reader.fitness(number)
     rng = generator(root_seed, Purpose.ALGORITHM, number + 1)
-    if measures is None:
+    if algorithm.attended:
+        child = algorithm.tell_attended(state, fitness, operator_s(journal.reader, number), rng)
+    elif measures is None:
         child = algorithm.tell(state, fitness, rng)
     else:
         measured = measures.of_generation(journal.reader, number, len(rows))

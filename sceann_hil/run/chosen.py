@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
+from sceann_hil.config import noted_config
 from sceann_hil.errors import NotARun
 from sceann_hil.journal import IndividualRow, JournalReader
 from sceann_hil.run.champion import champion_or_best_so_far
-from sceann_hil.run.replay import journalled_config
 
 BEST = "best"
 _PLACE = re.compile(r"(\d{1,9}):(\d{1,9})")
@@ -32,7 +32,7 @@ def chosen_individual(reader: JournalReader, name: str = BEST) -> Chosen:
         NotARun: the run has no such individual, or no trial yet that counts.
     """
     if name == BEST:
-        keeps_best = journalled_config(reader).algorithm.keeps_best
+        keeps_best = noted_config(reader).algorithm.keeps_best
         return Chosen(*champion_or_best_so_far(reader, keeps_best=keeps_best))
     if place := _PLACE.fullmatch(name):
         generation, number = int(place[1]), int(place[2])

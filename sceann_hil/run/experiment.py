@@ -20,7 +20,7 @@ from enum import Enum, auto
 from pathlib import Path
 from typing import Self
 
-from sceann_hil.config import ExperimentConfig, dump_config, parse_config
+from sceann_hil.config import ExperimentConfig, dump_config, journalled_config
 from sceann_hil.errors import RunExists
 from sceann_hil.journal import (
     JOURNAL_NAME,
@@ -103,7 +103,7 @@ class Experiment:
         self.journal = journal
         self._lock = lock
         text = journal.reader.run().config
-        self.config: ExperimentConfig = parse_config(text, f"{directory}: journalled configuration")
+        self.config: ExperimentConfig = journalled_config(journal.reader)
         if not (directory / CONFIG_NAME).exists():
             (directory / CONFIG_NAME).write_text(text, encoding="utf-8")
 
@@ -137,6 +137,7 @@ class Experiment:
                 versions=running_versions(),
                 parent_run=str(ancestor.directory) if ancestor is not None else None,
                 first=first,
+                robot=config.robot.spec,
             )
             undo.callback(journal.close)
             experiment = cls(directory, lock, journal)

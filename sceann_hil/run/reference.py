@@ -9,7 +9,7 @@ from sceann_hil.network.coding import genome_from_hex
 from sceann_hil.run.trial_runner import TrialRunner, TrialSet
 from sceann_hil.seeds import Purpose, keys
 from sceann_hil.supervision.drift import Drift
-from sceann_hil.supervision.drift_settings import ReferenceConfig
+from sceann_hil.supervision.reference_settings import ReferenceConfig
 
 
 class ReferenceRuns:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sceann_hil.config import ExperimentConfig, parse_config
+from sceann_hil.config import ExperimentConfig
 from sceann_hil.errors import NotARun
 from sceann_hil.journal import AttemptRow, JournalReader, sound_trials, trial_arrays
 from sceann_hil.network.coding import Weights
@@ -27,11 +27,6 @@ class Comparison:
     def equal(self) -> bool:
         """Equal to the last bit."""
         return self.journalled == self.replayed
-
-
-def journalled_config(reader: JournalReader) -> ExperimentConfig:
-    """The configuration that a run was made with."""
-    return parse_config(reader.run().config, f"{reader.directory}: journalled configuration")
 
 
 def journalled_trials(reader: JournalReader, config: ExperimentConfig, attempts: list[AttemptRow]) -> Trials:

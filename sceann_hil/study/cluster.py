@@ -1,4 +1,4 @@
-"""Blocks on a Dask cluster; a dead worker's blocks are done again elsewhere.
+"""Blocks, or any other pieces of work, on a Dask cluster; those of a dead worker are done again elsewhere.
 
 Needs the extra ``cluster``. The workers need this package, Python, NumPy, Numba and all plug-ins in the same versions:
 results do not depend on who computes them, but another version may compute something else. Each block is refused by a
@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator
 from itertools import islice
 from queue import Empty, SimpleQueue
 from types import ModuleType
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 from sceann_hil.errors import PackageMissing, WorkersLost
 from sceann_hil.study.blocks import Block, BlockResult, compute_block
@@ -23,6 +23,8 @@ MOST_ATTEMPTS = 5
 """Times that one block may be lost together with its worker."""
 _LOOK_S = 1.0
 """So often the cluster is looked at while no block is finished."""
+_W = TypeVar("_W")
+_R = TypeVar("_R")
 _SAME_VERSIONS = "Install the same versions on every worker, then start it again. The same command continues."
 
 
@@ -69,14 +71,27 @@ class ClusterWorkers:
         Raises:
             WorkersLost: a block takes every worker down with it, the scheduler is gone, or a worker has other versions.
         """
-        waiting = iter(blocks)
-        finished: SimpleQueue[Any] = SimpleQueue()
-        running: dict[str, tuple[Block, int, Any]] = {}
+        return self.map(compute_block, blocks, lambda it: f"the runs from {it.first_run} of condition {it.condition}")
 
-        def submit(block: Block, attempt: int) -> None:
-            key = f"sceann-{block.condition}-{block.first_run}-{attempt}-{id(self)}"
-            future = self._client.submit(_compute, block, _versions(), key=key, pure=False)
-            running[key] = block, attempt, future
+    def map(self, function: Callable[[_W], _R], items: Iterable[_W], name: Callable[[_W], str]) -> Iterator[_R]:
+        """What a function makes of each item, in the order in which they are finished; as `compute`.
+
+        Args:
+            function: of a module that the workers have too; the same item gives the same result anywhere.
+            items: that can be pickled, as its results can.
+            name: of an item, different for each, for people.
+
+        Raises:
+            WorkersLost: as in `compute`.
+        """
+        waiting = iter(items)
+        finished: SimpleQueue[Any] = SimpleQueue()
+        running: dict[str, tuple[_W, int, Any]] = {}
+
+        def submit(item: _W, attempt: int) -> None:
+            key = f"sceann-{name(item)}-{attempt}-{id(self)}"
+            future = self._client.submit(_compute, function, item, _versions(), key=key, pure=False)
+            running[key] = item, attempt, future
             future.add_done_callback(finished.put)
 
         self._look()
@@ -87,13 +102,13 @@ class ClusterWorkers:
                 if not running:
                     return
                 future = self._next(finished)
-                block, attempt, _ = running.pop(future.key)
-                result = self._result(future, block, attempt)
+                item, attempt, _ = running.pop(future.key)
+                over, result = self._result(future, name(item), attempt)
                 future.release()
-                if result is None:
-                    submit(block, attempt + 1)
-                else:
+                if over:
                     yield result
+                else:
+                    submit(item, attempt + 1)
         finally:
             for _, _, future in running.values():
                 future.release()
@@ -156,27 +171,25 @@ class ClusterWorkers:
             "Results so far are kept: start the scheduler and its workers again, then the same command continues.",
         )
 
-    def _result(self, future: Any, block: Block, attempt: int) -> BlockResult | None:
-        """What came out of a block; None if it was lost and is to be done again."""
+    def _result(self, future: Any, name: str, attempt: int) -> tuple[bool, Any]:
+        """Whether a piece of work is over, and what came out; it is not if it was lost and is to be done again."""
         try:
-            result: BlockResult = future.result()
+            return True, future.result()
         except (self._dask.KilledWorker, self._dask.client.FutureCancelledError) as error:
             if self._client.status != "running":
                 raise self._scheduler_is_gone() from None
             if attempt == MOST_ATTEMPTS:
                 raise WorkersLost(
-                    f"The cluster lost the runs from {block.first_run} of condition {block.condition} with its worker "
-                    f"{MOST_ATTEMPTS} times: {error}",
+                    f"The cluster lost {name} with its worker {MOST_ATTEMPTS} times: {error}",
                     "Results so far are kept: look at the workers' memory, then the same command continues.",
                 ) from None
-            return None
+            return False, None
         except _OtherVersions as error:
             raise WorkersLost(str(error), _SAME_VERSIONS) from None
         except (ImportError, AttributeError) as error:
             # a worker that cannot even read the work is found by asking all of them
             self._check_versions()
             raise WorkersLost(f"A worker of the cluster cannot run a block: {error}.", _SAME_VERSIONS) from None
-        return result
 
     def _check_versions(self) -> None:
         found: dict[str, Any] = self._client.run(_versions, on_error="return")
@@ -190,13 +203,13 @@ class _OtherVersions(Exception):
     """A worker whose versions are not those of whoever asks it."""
 
 
-def _compute(block: Block, versions: dict[str, str]) -> BlockResult:
-    """Run a block on a worker, if its versions are the right ones."""
+def _compute(function: Callable[[_W], _R], item: _W, versions: dict[str, str]) -> _R:
+    """Do a piece of work on a worker, if its versions are the right ones."""
     if differences := _differences(versions, _versions()):
         from distributed import get_worker  # only a worker gets here
 
         raise _OtherVersions(_other_versions(get_worker().address, differences))
-    return compute_block(block)
+    return function(item)
 
 
 def _other_versions(worker: str, differences: list[str]) -> str:

@@ -7,9 +7,8 @@ import sqlite3
 from datetime import UTC, datetime
 from pathlib import Path
 
-from sceann_hil.journal.database import as_ours
+from sceann_hil.journal.database import as_ours, make_tables, migration, new_database
 from sceann_hil.journal.insertion import insert_row
-from sceann_hil.journal.schema import statements
 from sceann_hil.journal.seal import seal_path
 from sceann_hil.study.condition import Condition
 from sceann_hil.study.config import Study
@@ -24,29 +23,13 @@ def create_study(study: Study, directory: Path) -> None:
     unfinished.unlink(missing_ok=True)
     seal_path(path).unlink(missing_ok=True)
     about = (study.config.name, study.config.about, now_text(), study.config.seed)
-    with as_ours(path, "study"):
-        db = sqlite3.connect(unfinished, isolation_level=None)
-        try:
-            db.execute("BEGIN IMMEDIATE")
-            _make_tables(db)
-            row = (1, *about, json.dumps(study.written), json.dumps(running_versions()))
-            insert_row(db, "study", row, columns_of=columns_of)
-            for c in study.conditions:
-                insert_row(
-                    db, "condition", (c.number, identity_text(c), json.dumps(c.settings), c.text), columns_of=columns_of
-                )
-            db.execute("COMMIT")
-        finally:
-            db.close()
+    with as_ours(path, "study"), new_database(unfinished, SCHEMA, APPLICATION_ID, SCHEMA_VERSION) as db:
+        written = (json.dumps(study.written), json.dumps(running_versions()))
+        insert_row(db, "study", (1, *about, *written), columns_of=columns_of)
+        for c in study.conditions:
+            row = (c.number, identity_text(c), json.dumps(c.settings), c.text)
+            insert_row(db, "condition", row, columns_of=columns_of)
     unfinished.replace(path)
-
-
-def _make_tables(db: sqlite3.Connection) -> None:
-    for statement in statements(SCHEMA):
-        db.execute(statement)
-    db.execute(f"PRAGMA application_id = {APPLICATION_ID}")
-    db.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
-    db.execute("INSERT INTO head VALUES (1, 0)")
 
 
 def read_as_today(db: sqlite3.Connection) -> None:
@@ -58,26 +41,15 @@ def read_as_today(db: sqlite3.Connection) -> None:
 
 def bring_up_to_date(db: sqlite3.Connection) -> None:
     """Change a study of schema 1 into one of today's, all of it or, if anything stops that, nothing."""
-    db.execute("PRAGMA foreign_keys = OFF")
-    db.execute("PRAGMA legacy_alter_table = ON")
-    db.execute("BEGIN IMMEDIATE")
-    try:
+    with migration(db):
         for table in AS_TODAY:
             db.execute(f"ALTER TABLE {table} RENAME TO old_{table}")
-        _make_tables(db)
+        make_tables(db, SCHEMA, APPLICATION_ID, SCHEMA_VERSION)
         for table, question in AS_TODAY.items():
             for row in db.execute(question.format("old_")).fetchall():
                 insert_row(db, table, row, columns_of=columns_of)
         for table in reversed(AS_TODAY):
             db.execute(f"DROP TABLE old_{table}")
-        db.execute("COMMIT")
-    except BaseException:
-        if db.in_transaction:
-            db.execute("ROLLBACK")
-        raise
-    finally:
-        db.execute("PRAGMA legacy_alter_table = OFF")
-        db.execute("PRAGMA foreign_keys = ON")
 
 
 def identity_text(condition: Condition) -> str:

@@ -13,7 +13,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.config import config_difference, parse_config
+from sceann_hil.config import config_as_made, config_difference
 from sceann_hil.config.text import data_difference
 from sceann_hil.errors import NotARun, OtherVersions, RunIsDamaged, StudyChanged, way_out_of_damage
 from sceann_hil.journal import RunLock
@@ -127,10 +127,13 @@ class StudyReader:
     def conditions(self) -> list[Condition]:
         """All conditions in order."""
         source = f"{self.directory}: the study's condition"
+        versions = {name: version for session in self.sessions() for name, version in session.versions.items()}
         with understood(self.path, "study"):
             return [
                 Condition(
-                    number, tuple((axis, value) for axis, value in json.loads(settings)), parse_config(text, source)
+                    number,
+                    tuple((axis, value) for axis, value in json.loads(settings)),
+                    config_as_made(text, source, versions),
                 )
                 for number, _, settings, text in self.rows("condition", "ORDER BY number")
             ]

@@ -14,55 +14,6 @@ from sceann_hil.robot.task import Task
 from sceann_hil.seeds import Purpose, uniforms
 from sceann_hil.seeds import keys as stream_keys
 
-
-class PoleBalancing(Task):
-    """One trial from a slightly tilted pole, or some from drawn angles; fitness is the number of steps balanced.
-
-    Args:
-        max_steps: a trial that lasts this long is a success.
-        start_angle_deg: the pole's initial angle; everything else starts at 0.
-        drawn_deg: smallest and largest initial angle, drawn for every trial from its key; None for `start_angle_deg`.
-        trials: of one individual.
-    """
-
-    name = "pole_balancing"
-    start_fields = ("x_m", "velocity_m_s", "angle_rad", "angular_velocity_rad_s")
-
-    def __init__(
-        self, max_steps: int, start_angle_deg: float, drawn_deg: tuple[float, float] | None = None, trials: int = 1
-    ) -> None:
-        self.max_steps = max_steps
-        self.best_fitness = float(max_steps)
-        self._starts = np.tile([0.0, 0.0, np.deg2rad(start_angle_deg), 0.0], (trials, 1))
-        self._drawn_deg, self.draws_starts = drawn_deg, drawn_deg is not None
-
-    @property
-    def starts(self) -> NDArray[np.float64]:
-        return self._starts
-
-    def starts_of(self, trial: NDArray[np.int64], keys: NDArray[np.uint64]) -> NDArray[np.float64]:
-        starts = super().starts_of(trial, keys)
-        if self._drawn_deg is not None:
-            low, high = self._drawn_deg
-            drawn = low + (high - low) * uniforms(stream_keys(keys, Purpose.START, trial), 1)
-            starts = starts.copy()
-            starts[:, 2] = np.deg2rad(drawn[:, 0])
-        return starts
-
-    def fitness(self, results: Results) -> NDArray[np.float64]:
-        # the step in which the pole or the cart went over is not one in which it was balanced
-        return np.where(self.succeeded(results), results.steps, results.steps - 1).astype(np.float64)
-
-    def succeeded(self, results: Results) -> NDArray[np.bool_]:
-        return np.asarray(results.end_reasons == EndReason.TIME_UP)
-
-    def instruction(self, trial: int) -> str:
-        angle_deg = np.rad2deg(self._starts[trial, 2])
-        return (
-            f"Put the cart in the middle of its track, at rest, and hold the pole at {angle_deg:+.1f}° (to the right)."
-        )
-
-
 Angle = Annotated[float, Field(ge=-36.0, le=36.0)]
 
 
@@ -110,4 +61,48 @@ class PoleBalancingConfig(TaskConfig):
         return StartVariation("initial angle", "degrees", levels, changes)
 
     def build(self) -> PoleBalancing:
-        return PoleBalancing(self.max_steps, self.start_angle_deg, self.start_angle_drawn_deg, self.trials)
+        return PoleBalancing(self)
+
+
+class PoleBalancing(Task):
+    """One trial from a slightly tilted pole, or some from drawn angles; fitness is the number of steps balanced.
+
+    Args:
+        config: its settings; a trial that lasts all its steps is a success.
+    """
+
+    name = "pole_balancing"
+    start_fields = ("x_m", "velocity_m_s", "angle_rad", "angular_velocity_rad_s")
+
+    def __init__(self, config: PoleBalancingConfig = PoleBalancingConfig()) -> None:  # noqa: B008
+        self.max_steps = config.max_steps
+        self.best_fitness = float(config.max_steps)
+        self._starts = np.tile([0.0, 0.0, np.deg2rad(config.start_angle_deg), 0.0], (config.trials, 1))
+        self._drawn_deg = config.start_angle_drawn_deg
+        self.draws_starts = self._drawn_deg is not None
+
+    @property
+    def starts(self) -> NDArray[np.float64]:
+        return self._starts
+
+    def starts_of(self, trial: NDArray[np.int64], keys: NDArray[np.uint64]) -> NDArray[np.float64]:
+        starts = super().starts_of(trial, keys)
+        if self._drawn_deg is not None:
+            low, high = self._drawn_deg
+            drawn = low + (high - low) * uniforms(stream_keys(keys, Purpose.START, trial), 1)
+            starts = starts.copy()
+            starts[:, 2] = np.deg2rad(drawn[:, 0])
+        return starts
+
+    def fitness(self, results: Results) -> NDArray[np.float64]:
+        # the step in which the pole or the cart went over is not one in which it was balanced
+        return np.where(self.succeeded(results), results.steps, results.steps - 1).astype(np.float64)
+
+    def succeeded(self, results: Results) -> NDArray[np.bool_]:
+        return np.asarray(results.end_reasons == EndReason.TIME_UP)
+
+    def instruction(self, trial: int) -> str:
+        angle_deg = np.rad2deg(self._starts[trial, 2])
+        return (
+            f"Put the cart in the middle of its track, at rest, and hold the pole at {angle_deg:+.1f}° (to the right)."
+        )

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.network.coding import NetworkSize
 from sceann_hil.network.compiled import as_part, compiled_part, rebound
-from sceann_hil.network.controller import ONE, Dynamics
+from sceann_hil.network.controller import ONE
 from sceann_hil.network.neurons import LANES
 from sceann_hil.plugins import RobotConfig
 from sceann_hil.robot import EndReason, Results, Robot, Trials
 from sceann_hil.testing.checks import check
+from sceann_hil.testing.random_trials import random_trials
 
 _SAME = ("end_reasons", "steps", "hashes", "final_states")
 _WORK_ROWS = 12
@@ -149,19 +149,7 @@ class BodyConformance(ABC):
         return self.config().build()
 
     def _trials(self, robot: Robot) -> Trials:
-        spec = robot.spec
-        size = NetworkSize(spec.n_sensors, 2, spec.n_motors)
-        rng, n = np.random.default_rng(2024), self.n_trials
-        return Trials(
-            size=size,
-            dynamics=Dynamics(),
-            weights=rng.integers(-1, 2, (n, size.n_neurons, size.n_sources)).astype(np.int8),
-            genome_index=np.arange(n, dtype=np.int32),
-            starts=np.tile(np.array([self.start()], np.float64), (n, 1)),
-            keys=rng.integers(0, 2**64, n, np.uint64),
-            max_steps=self.max_steps,
-            ids=np.arange(n),
-        )
+        return random_trials(robot.spec, self.start(), self.n_trials, self.max_steps)
 
     def _trace_of_one(self, robot: Robot) -> Any:
         traces = robot.trace(self._trials(robot).take(slice(0, 1))).traces

@@ -14,12 +14,13 @@ from dataclasses import replace
 import numpy as np
 
 from sceann_hil.network.coding import NetworkSize
-from sceann_hil.network.controller import Controller, Dynamics, state_hash
+from sceann_hil.network.controller import Controller, state_hash
 from sceann_hil.plugins import RobotConfig
 from sceann_hil.robot import EndReason, Health, Results, Robot, RobotError, Trace, Trials
 from sceann_hil.supervision.operators import Desk, Situation
 from sceann_hil.supervision.signals import Signals
 from sceann_hil.testing.checks import check as _check
+from sceann_hil.testing.random_trials import random_trials
 
 _VOID_ATTEMPTS = 5
 _SIGNAL_S = 0.5
@@ -196,21 +197,7 @@ class RobotConformance(ABC):
             yield robot
 
     def _trials(self, robot: Robot, max_steps: int, size: NetworkSize | None = None, first_id: int = 1) -> Trials:
-        spec = robot.spec
-        size = size or NetworkSize(spec.n_sensors, 2, spec.n_motors)
-        rng = np.random.default_rng(2024)
-        n = self.n_trials
-        return Trials(
-            size=size,
-            dynamics=Dynamics(),
-            weights=rng.integers(-1, 2, (n, size.n_neurons, size.n_sources)).astype(np.int8),
-            genome_index=np.arange(n, dtype=np.int32),
-            starts=np.tile(np.array([self.start()], np.float64), (n, 1)),
-            keys=rng.integers(0, 2**64, n, np.uint64),
-            max_steps=max_steps,
-            ids=np.arange(first_id, first_id + n, dtype=np.int64),
-            run_id=int(rng.integers(2**16)),
-        )
+        return random_trials(robot.spec, self.start(), self.n_trials, max_steps, size, first_id)
 
     def _counted(self, robot: Robot, trials: Trials) -> Results:
         """Results that count; a void attempt is made again under another number, as the evaluator does."""

@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 
 import sceann_hil as sh
-from sceann_hil.config import ExperimentConfig
+from sceann_hil.config import ExperimentConfig, journalled_config
 from sceann_hil.errors import ConfigError, NotARun, PackageMissing
 from sceann_hil.evolution import MapElites, MapElitesState
 from sceann_hil.journal import JournalReader
 from sceann_hil.run.experiment import Experiment
-from sceann_hil.run.replay import journalled_config
 from sceann_hil.study.blocks import evolve_together
 from tests.runs import GOAL, config_of, contents, evolve, resume
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import select
 import subprocess
+import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +24,7 @@ from sceann_hil.link.upload import upload_image
 from tests.firmware.rig import an_image
 
 SKETCH = FIRMWARE / "examples" / "Robot" / "Robot.ino"
+REPOSITORY = Path(__file__).parents[2]
 API = Path(__file__).parent / "c" / "arduino"
 INPUT_PULLUP, OUTPUT = 2, 1
 
@@ -154,6 +156,13 @@ def test_the_sketch_builds_sets_its_pins_up_reads_ten_bits_and_computes_the_same
         follower = run_onboard(link, Order(1, 3, 0.1, board.n_sensors, 2), None, None)
         assert follower.sensors[0].tolist() == [768] * board.n_sensors
         link.close()
+
+
+def test_the_drawings_show_the_pins_of_the_tables() -> None:
+    done = subprocess.run([sys.executable, "tools/robot_wirings", "--check"], cwd=REPOSITORY, text=True, check=False)
+    assert done.returncode == 0
+    drawn = {name: (SKETCH.parent / f"{name}.svg").read_text() for name in ("uno", "pico", "esp32")}
+    assert all(f">GPIO{pin}<" in drawn["esp32"] for pin in (32, 33, 34, 35, 36, 16, 17, 18, 19, 21, 22, 23))
 
 
 @pytest.mark.parametrize("board", BOARDS, ids=lambda board: "-".join(board.defines))

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from sceann_hil.errors import NotARun, RunIsDamaged, RunIsNewer, UserError
-from sceann_hil.journal import JOURNAL_NAME, JournalReader
+from sceann_hil.journal import JOURNAL_NAME, JournalReader, verify
 from sceann_hil.journal.tables import export_csv
 from sceann_hil.journal.verify import examine, require_sound
 from sceann_hil.run.experiment import Experiment, Outcome
@@ -196,3 +196,31 @@ def test_damage_found_while_tables_are_written_leaves_no_table_behind(finished: 
     with pytest.raises(RunIsDamaged, match="trial 20"):
         export_csv(JournalReader(run), tmp_path / "tables")
     assert not list((tmp_path / "tables").glob("*"))
+
+
+def test_of_a_long_run_that_was_cut_off_the_newest_generations_are_looked_at(
+    killed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(verify, "ALL_OF", 10)  # of 4 generations with 8 attempts
+    for generation, refused in ((0, False), (1, False), (2, True), (3, True)):
+        run = tmp_path / f"{generation}"
+        shutil.copytree(killed, run)
+        flip(run, f"UPDATE attempt SET steps = steps + 1 WHERE generation = {generation}")
+        assert examine(run).damage, "whoever asks for all of it is told"
+        if refused:
+            with pytest.raises(RunIsDamaged, match=f"of generation {generation}"):
+                require_sound(run)
+        else:
+            require_sound(run)
+            with pytest.raises(RunIsDamaged, match="of generation"):
+                JournalReader(run).attempts(generation)
+
+
+def test_figures_of_all_generations_of_a_long_run_are_looked_at(
+    killed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(verify, "ALL_OF", 10)
+    shutil.copytree(killed, tmp_path / "run")
+    flip(tmp_path / "run", "UPDATE generation SET best_fitness = 0.9 WHERE number = 0")
+    with pytest.raises(RunIsDamaged, match="generation 0"):
+        require_sound(tmp_path / "run")

@@ -17,11 +17,12 @@ from tests.runs import POLE, contents, evolve, resume
 
 @pytest.fixture
 def old(tmp_path: Path) -> Path:
-    """All that schema 2 lacks is the table for batches."""
+    """All that schema 2 lacks are the tables for the robot and for batches."""
     evolve(tmp_path / "run", POLE, "algorithm.generations=2")
     path = tmp_path / "run" / JOURNAL_NAME
     db = sqlite3.connect(path)
     db.execute("DROP TABLE batch")
+    db.execute("DROP TABLE robot")
     db.execute("PRAGMA user_version = 2")
     db.commit()
     db.close()

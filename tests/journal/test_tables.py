@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import csv
+import io
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from sceann_hil.errors import RunExists
-from sceann_hil.journal import JournalReader
+from sceann_hil.journal import JournalReader, tables
 from sceann_hil.journal.tables import export_csv
 from tests.runs import GOAL, config_of, evolve, measure_on
 from tests.supervision.operators.fakes import Beside
@@ -53,3 +54,23 @@ def test_nothing_is_overwritten(tmp_path: Path) -> None:
         export_csv(JournalReader(tmp_path / "run"), tmp_path / "csv")
     assert (tmp_path / "csv" / "trials.csv").read_text() == "mine"
     assert not (tmp_path / "csv" / "generations.csv").exists()
+
+
+def test_lines_are_those_of_the_csv_module() -> None:
+    nasty = ["plain", 'with "quotes"', "a, b", "two\nlines", "100 % wet", "", None, "ünïcode"]
+    n = len(nasty)
+    columns: list[list[object]] = [
+        [*range(n)],
+        [1.0 / (k + 3) for k in range(n)],
+        [1, 2.5] * (n // 2),
+        nasty,
+        [None] * n,
+        ['said "50 %, about"'] * n,
+        [2**64 - 1] * n,
+        [None, 0.1] * (n // 2),
+        [str(k) for k in range(n)],
+    ]
+    text = io.StringIO()
+    csv.writer(text).writerows(zip(*columns, strict=True))
+    assert tables._lines(columns) == text.getvalue()
+    assert tables._lines([[5] * 3, [None] * 3]) == "5,\r\n" * 3

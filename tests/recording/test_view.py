@@ -92,8 +92,8 @@ def test_a_missing_graphics_driver_is_told_with_the_package_to_install(
 ) -> None:
     for name in ("VK_DRIVER_FILES", "VK_ICD_FILENAMES"):
         monkeypatch.setenv(name, "/nonexistent")
-    with pytest.raises(ViewerUnavailable, match="graphics driver") as caught, headless_viewer():
-        pass
+    with pytest.raises(ViewerUnavailable, match="graphics driver") as caught, headless_viewer() as client:
+        wait_for_views(client)
     assert "mesa-vulkan-drivers" in caught.value.hint
 
 

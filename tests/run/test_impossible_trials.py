@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from sceann_hil.config import journalled_config
 from sceann_hil.errors import RunIsDamaged
 from sceann_hil.journal import JOURNAL_NAME, JournalReader
-from sceann_hil.run.replay import journalled_config, replay
+from sceann_hil.run.replay import replay
 from tests.runs import evolve
 
 SMALL = """

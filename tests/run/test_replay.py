@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sceann_hil.config import journalled_config
 from sceann_hil.errors import NotARun
 from sceann_hil.journal import AttemptKind, JournalReader
-from sceann_hil.run.replay import journalled_config, journalled_trials, replay, trace_from_sensors
+from sceann_hil.run.replay import journalled_trials, replay, trace_from_sensors
 from tests.runs import GOAL, config_of, evolve, measure_on
 from tests.supervision.operators.fakes import Beside
 

@@ -15,10 +15,13 @@ from pathlib import Path
 import pytest
 from small_study import assert_same_results
 
+from sceann_hil.config import parse_config
 from sceann_hil.errors import WorkersLost
+from sceann_hil.run.transfer import cache
 from sceann_hil.study import BlockResult, LocalWorkers, Observer, Study, run_study
 from sceann_hil.study import cluster as cluster_module
 from sceann_hil.study.cluster import ClusterWorkers
+from sceann_hil.study.transfer.on_cluster import prepare_on
 
 Cluster = tuple[str, list[subprocess.Popen[bytes]]]
 
@@ -167,3 +170,33 @@ def test_every_version_that_decides_numbers_is_compared(name: str) -> None:
 def test_a_worker_without_this_package_is_named() -> None:
     (difference,) = cluster_module._differences({}, ModuleNotFoundError("No module named 'sceann_hil'"))
     assert "cannot be imported there" in difference
+
+
+def test_a_transfers_ensemble_is_the_same_from_a_cluster_and_is_computed_once(
+    cluster: Cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    config = parse_config(TRANSFER, "transfer")
+    fitness, told = [], []
+    for place in ("here", "cluster"):
+        monkeypatch.setattr(cache, "cache_folder", lambda kind, digest, p=place: tmp_path / p / f"{kind}-{digest}")
+        if place == "cluster":
+            with ClusterWorkers(cluster[0]) as workers:
+                prepare_on(workers, config, lambda what, done, total: told.append((what, done, total)))
+            monkeypatch.setattr("sceann_hil.run.transfer.ensemble.part_of_ensemble", _never)
+        preparation = config.algorithm.for_experiment(config).prepared_by()
+        fitness.append(preparation.prepared(preparation.candidates()).ensemble.fitness)
+    assert (fitness[0] == fitness[1]).all()
+    assert told[-1] == ("simulated robots", 20, 20)
+
+
+def _never(*_: object) -> None:
+    raise AssertionError("it was computed already")
+
+
+TRANSFER = """
+task: {type: goal_reach, headings_deg: [0, 90], max_steps: 40}
+robot: {type: diffdrive, n_sensors: 3}
+controller: {coding: sceann3, n_hidden: 1}
+algorithm: {type: transfer, evolve: 1, candidates: 20}
+uncertainty: {robots: 20}
+"""

@@ -15,13 +15,14 @@ from backends.simulation.body import SimulatedBody
 from backends.virtual.body import VirtualBody
 from backends.virtual.virtual_posix import VirtualPosix
 from sceann_hil.cli import app
+from sceann_hil.config import journalled_config
 from sceann_hil.firmware.emulated.posix import PosixBoard
 from sceann_hil.journal import AttemptKind, JournalReader
 from sceann_hil.network.coding import genome_from_hex
 from sceann_hil.network.controller import ONE, SENSOR_MAX
 from sceann_hil.recording.chunks import trial_chunks
 from sceann_hil.recording.source import RunSource
-from sceann_hil.run.replay import journalled_config, measured_trace
+from sceann_hil.run.replay import trace_from_sensors
 from tests.installed import installed
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "clearance"
@@ -108,7 +109,7 @@ def _is_the_formula_of_what_the_robot_told(run: Path) -> None:
     assert len(rows) == 9
     for row in rows:
         bits = genome_from_hex(row.genome or "", phenotype.genome_length)
-        trace = measured_trace(reader, row.id, phenotype.decode(bits[None])[0], phenotype)
+        trace = trace_from_sensors(reader, row.id, phenotype.decode(bits[None])[0], phenotype)
         assert trace is not None
         total = 0.0
         for sensors, x in zip(trace.sensors / SENSOR_MAX, trace.x / ONE, strict=True):

@@ -9,6 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from c_baseline import compiled_balance
 from figures import Figure, median_s
+from numpy.typing import NDArray
 from numpy_baseline import balance as numpy_balance
 
 from backends.cartpole import CartPole
@@ -73,12 +74,16 @@ def random_weights(n: int) -> Weights:
 
 def trials_of(weights: Weights) -> Trials:
     """The paper's one trial for each network."""
-    n = len(weights)
-    starts = np.zeros((n, 4))
+    starts = np.zeros((len(weights), 4))
     starts[:, 2] = START_RAD
-    numbers = np.arange(n)
+    return one_each(SIZE, weights, starts, MAX_STEPS)
+
+
+def one_each(size: NetworkSize, weights: Weights, starts: NDArray[np.float64], max_steps: int) -> Trials:
+    """One trial for each network, shape of the weights ``(n, n_neurons, n_sources)``, from its own start."""
+    numbers = np.arange(len(weights))
     return Trials(
-        SIZE, Dynamics(), weights, numbers.astype(np.int32), starts, numbers.astype(np.uint64), MAX_STEPS, numbers
+        size, Dynamics(), weights, numbers.astype(np.int32), starts, numbers.astype(np.uint64), max_steps, numbers
     )
 
 

@@ -9,10 +9,10 @@ from typing import ClassVar
 import numpy as np
 from figures import Figure, median_s
 from numpy.typing import NDArray
+from simulation import one_each
 
 from backends.diffdrive import DifferentialDrive
 from sceann_hil.network.coding import Coding, NetworkSize
-from sceann_hil.network.controller import Dynamics
 from sceann_hil.robot import EndReason, RobotSpec, Trials
 from sceann_hil.robot.accumulation import Accumulation, Combine
 from sceann_hil.robot.step_value import max_of, sqrt, step_value
@@ -124,14 +124,4 @@ def _value_of_a_step() -> list[Figure]:
 
 def _trials(size: NetworkSize, n: int, starts: NDArray[np.float64], max_steps: int) -> Trials:
     genomes = np.random.default_rng(0).integers(0, 2, (n, Coding.SCEANN3.genome_length(size)), dtype=np.uint8)
-    numbers = np.arange(n)
-    return Trials(
-        size,
-        Dynamics(),
-        Coding.SCEANN3.decode(genomes, size),
-        numbers.astype(np.int32),
-        starts,
-        numbers.astype(np.uint64),
-        max_steps,
-        numbers,
-    )
+    return one_each(size, Coding.SCEANN3.decode(genomes, size), starts, max_steps)

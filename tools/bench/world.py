@@ -7,12 +7,12 @@ import time
 import numpy as np
 from figures import Figure, median_s
 from numpy.typing import NDArray
+from simulation import one_each
 
 from backends.world.body import WorldDrive
 from backends.world.layout import Box, Infrared, Motion, Round, Senses, World
 from sceann_hil.network.coding import Coding, NetworkSize, Weights
-from sceann_hil.network.controller import THRESHOLD, Dynamics, sigmoid_table
-from sceann_hil.robot import Trials
+from sceann_hil.network.controller import THRESHOLD, sigmoid_table
 
 SIZE = NetworkSize(7, 2, 2)
 RADIUS, RANGE, STEP, STEPS = 0.0275, 0.1, 0.015, 200
@@ -27,17 +27,7 @@ def run() -> list[Figure]:
     senses = Senses(tuple(Infrared((RADIUS * np.cos(a), RADIUS * np.sin(a)), float(a), RANGE) for a in DIRECTIONS))
     world = World((1.0, 1.0), rounds=ROUNDS, boxes=(BOX,))
     robot = WorldDrive(world, senses, Motion(STEP, RADIUS, 2 * RADIUS), 0.1, threads=1)
-    n = len(weights)
-    trials = Trials(
-        SIZE,
-        Dynamics(),
-        weights,
-        np.arange(n, dtype=np.int32),
-        starts,
-        np.arange(n, dtype=np.uint64),
-        STEPS,
-        np.arange(n),
-    )
+    trials = one_each(SIZE, weights, starts, STEPS)
     steps = int(robot.run(trials).steps.sum())
     ours = steps / median_s(lambda: robot.run(trials), clock=time.thread_time)
     some = 4_000

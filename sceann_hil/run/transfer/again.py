@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.config import parse_config
+from sceann_hil.config import journalled_config
 from sceann_hil.errors import ConfigError, NotARun
 from sceann_hil.journal import JournalReader
 from sceann_hil.network.coding import Bits
+from sceann_hil.run.breeding import operator_s
 from sceann_hil.run.transfer.ensemble import Ensemble
 from sceann_hil.run.transfer.model import Model, Observations
 from sceann_hil.run.transfer.preparation import Preparation
@@ -32,7 +33,7 @@ def read_transfer(directory: Path) -> tuple[TransferState, NDArray[np.float64]]:
     """
     reader = JournalReader(directory)
     try:
-        config = parse_config(reader.run().config, f"{directory}: journalled configuration")
+        config = journalled_config(reader)
         if not isinstance(config.algorithm, TransferConfig):
             raise NotARun(
                 f"{directory} is a run of algorithm {config.algorithm.type}, not of transfer.",
@@ -47,26 +48,17 @@ def read_transfer(directory: Path) -> tuple[TransferState, NDArray[np.float64]]:
             state = algorithm.load(reader.algorithm_state(row.number))
             if state.start is None:
                 measured += reader.fitness(row.number).tolist()
-        if state.start is not None:
+        if (start := state.start) is not None:
             # what this trial brought is only in the state of the next generation, if it was begun
             newest = reader.last_generation()
             if newest is not None and newest.number > row.number:
                 state = algorithm.load(reader.algorithm_state(newest.number))
             else:
-                observed, value = state.observed, float(reader.fitness(row.number)[0])
-                state = _with_trial(state, observed, value)
+                value, needed_s = float(reader.fitness(row.number)[0]), operator_s(reader, row.number)
+                state = replace(state, observed=state.observed.and_one(state.candidate, start, value, needed_s))
         return state, np.array(measured)
     finally:
         reader.close()
-
-
-def _with_trial(state: TransferState, observed: Observations, value: float) -> TransferState:
-    more = Observations(
-        np.append(observed.candidate, state.candidate),
-        np.append(observed.start, -1 if state.start is None else state.start),
-        np.append(observed.value, value),
-    )
-    return replace(state, observed=more)
 
 
 def candidates_and_trials(directory: Path, preparation: Preparation) -> tuple[Bits, Observations]:
@@ -77,7 +69,7 @@ def candidates_and_trials(directory: Path, preparation: Preparation) -> tuple[Bi
     """
     reader = JournalReader(directory)
     try:
-        theirs = parse_config(reader.run().config, f"{directory}: journalled configuration")
+        theirs = journalled_config(reader)
     finally:
         reader.close()
     told = misfit(theirs, preparation.config)
@@ -95,7 +87,7 @@ def candidates_and_trials(directory: Path, preparation: Preparation) -> tuple[Bi
     fresh = preparation.candidates(state.candidates[keep], tuple(sorted(alike.tolist())))
     place = {genome.tobytes(): k for k, genome in enumerate(fresh)}
     moved = np.array([place[state.candidates[k].tobytes()] for k in state.observed.candidate.tolist()], np.int64)
-    return fresh, Observations(moved, state.observed.start, state.observed.value)
+    return fresh, replace(state.observed, candidate=moved)
 
 
 def resemblance(ensemble: Ensemble, observed: Observations) -> NDArray[np.float64]:

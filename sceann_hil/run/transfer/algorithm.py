@@ -43,6 +43,8 @@ class Transfer(Algorithm[TransferState]):
         again: an earlier transfer whose trials count too.
     """
 
+    attended = True
+
     def __init__(
         self,
         genome_length: int,
@@ -85,18 +87,19 @@ class Transfer(Algorithm[TransferState]):
         return self._next(np.unique(np.asarray(genomes, np.uint8), axis=0), NOTHING, 0)
 
     def tell(self, state: TransferState, fitness: NDArray[np.float64], rng: np.random.Generator) -> TransferState:
+        """What to do after this trial, which took nobody's time."""
+        return self.tell_attended(state, fitness, 0.0, rng)
+
+    def tell_attended(
+        self, state: TransferState, fitness: NDArray[np.float64], operator_s: float, rng: np.random.Generator
+    ) -> TransferState:
         """What to do after this trial."""
         checked = np.asarray(fitness, np.float64)
         if checked.shape != (1,) or not np.isfinite(checked).all():
             raise ValueError(f"fitness: expected one finite number, got {fitness}")
         if state.start is None:
             return replace(state, rounds=max(1, state.rounds - 1))
-        observed = state.observed
-        more = Observations(
-            np.append(observed.candidate, state.candidate),
-            np.append(observed.start, state.start),
-            np.append(observed.value, checked[0]),
-        )
+        more = state.observed.and_one(state.candidate, state.start, float(checked[0]), operator_s)
         return self._next(state.candidates, more, state.inherited)
 
     def _next(self, candidates: Bits, observed: Observations, inherited: int) -> TransferState:
@@ -190,7 +193,7 @@ def _outlook(prepared: Prepared, observed: Observations, posterior: Posterior, g
     success = most = None
     level = prepared.ensemble.level
     if prepared.success is not None and level is not None:
-        succeeded = Observations(observed.candidate, observed.start, (observed.value >= level).astype(np.float64))
+        succeeded = replace(observed, value=(observed.value >= level).astype(np.float64))
         expected = prepared.success.condition(succeeded).posterior
         success = float(np.clip(expected.mean[posterior.best], 0.0, 1.0))
         most = float(np.clip((expected.mean + _TRUSTED * expected.deviation).max(), 0.0, 1.0))

@@ -46,7 +46,8 @@ def choose(known: Conditioned, costs_s: NDArray[np.float64]) -> Choice:
 
     Args:
         known: the model after the trials so far.
-        costs_s: what a trial of each candidate from each start is expected to take, shape ``(K, H)``.
+        costs_s: robot time that a trial of each candidate from each start is expected to take, shape ``(K, H)``.
+            What a person beside it needs is expected from the trials so far.
     """
     posterior = known.posterior
     order = np.argsort(-(posterior.mean + _OPTIMISM * posterior.deviation), kind="stable")
@@ -65,7 +66,8 @@ def choose(known: Conditioned, costs_s: NDArray[np.float64]) -> Choice:
     gains = np.maximum(one.max(axis=1), all_starts / n_starts)
     place = int(gains.argmax())
     candidate = int(options[place])
-    return Choice(candidate, _start(one[place], candidate, known.observed, costs_s), max(0.0, float(gains[place])))
+    cost_s = costs_s[candidate] + known.observed.expected_operator_s(n_starts)
+    return Choice(candidate, _start(one[place], candidate, known.observed, cost_s), max(0.0, float(gains[place])))
 
 
 def _with(candidates: NDArray[np.int64], one: int) -> NDArray[np.int64]:
@@ -80,11 +82,11 @@ def _gain(mean: NDArray[np.float64], best: float, slopes: NDArray[np.float64]) -
     return gain / len(_QUANTILES) - best
 
 
-def _start(gains: NDArray[np.float64], candidate: int, observed: Observations, costs_s: NDArray[np.float64]) -> int:
+def _start(gains: NDArray[np.float64], candidate: int, observed: Observations, cost_s: NDArray[np.float64]) -> int:
     """The cheapest of the starts that this candidate was tried from least often and that bring about as much."""
     tried = np.bincount(observed.start[observed.candidate == candidate], minlength=len(gains))
     least = tried == tried.min()
     best = float(gains[least].max())
     good = least & (gains >= INDIFFERENT * best if best > 0.0 else np.ones_like(least))
     places = np.flatnonzero(good)
-    return int(places[costs_s[candidate, places].argmin()])
+    return int(places[cost_s[places].argmin()])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -116,13 +116,25 @@ class Ensemble:
         return np.asarray((self.fitness >= self.level).mean(axis=(0, 2)))
 
 
-def make_ensemble(world: World, genomes: Bits, report: Report = silent) -> Ensemble:
+Arrays = dict[str, NDArray[Any]]
+Compute = Callable[[World, Bits, list[range]], Iterator[tuple[range, Arrays]]]
+"""What the candidates do in some parts of the ensemble, each with the numbers of its robots, in any order."""
+
+
+def here(world: World, genomes: Bits, parts: list[range]) -> Iterator[tuple[range, Arrays]]:
+    """On all cores of this machine."""
+    for numbers in parts:
+        yield numbers, part_of_ensemble(world, genomes, numbers)
+
+
+def make_ensemble(world: World, genomes: Bits, report: Report = silent, compute: Compute = here) -> Ensemble:
     """Run every candidate once from every start in every robot, or take what is known already.
 
     Args:
         world: robots and task.
         genomes: candidates, shape ``(K, L)``.
         report: told after every part.
+        compute: what computes the parts that are not known.
 
     Raises:
         ConfigError: the task's fitness has no bounds, or success differs from fitness.
@@ -131,16 +143,16 @@ def make_ensemble(world: World, genomes: Bits, report: Report = silent) -> Ensem
     check_scale(world.task)
     folder = cache.cache_folder("ensemble", world.digest(np.packbits(genomes).tobytes(), str(genomes.shape)))
     n_robots = len(world.robots)
-    parts = []
-    for first in range(0, n_robots, PART):
-        path = folder / f"robots-{first:04d}.npz"
-        part = cache.load(path)
-        if part is None:
-            part = _compute(world, genomes, range(first, min(first + PART, n_robots)))
-            cache.save(path, part)
-        parts.append(part)
-        report("simulated robots", min(first + PART, n_robots), n_robots)
+    whole = [range(first, min(first + PART, n_robots)) for first in range(0, n_robots, PART)]
+    paths = {numbers: folder / f"robots-{numbers.start:04d}.npz" for numbers in whole}
+    known = {numbers: part for numbers in whole if (part := cache.load(paths[numbers])) is not None}
+    report("simulated robots", sum(map(len, known)), n_robots)
+    for numbers, part in compute(world, genomes, [numbers for numbers in whole if numbers not in known]):
+        cache.save(paths[numbers], part)
+        known[numbers] = part
+        report("simulated robots", sum(map(len, known)), n_robots)
     cache.prune(folder)
+    parts = [known[numbers] for numbers in whole]
     fitness = np.concatenate([part["fitness"] for part in parts])
     return Ensemble(
         fitness=fitness,
@@ -161,11 +173,28 @@ def check_scale(task: Task) -> None:
         raise ConfigError(
             f"task {task.name}: expected worst_fitness < best_fitness, both finite, got {task.worst_fitness:g} and "
             f"{task.best_fitness:g}: simulated and measured trials need one scale.",
-            "Nothing was started. Give the task bounds of its fitness.",
+            "Nothing was started. Give the task bounds of its fitness (task episode_return: keys worst and best).",
         )
 
 
-def _compute(world: World, genomes: Bits, numbers: range) -> dict[str, NDArray[Any]]:
+def check_some_success(ensemble: Ensemble, task: Task) -> None:
+    """Refuse an ensemble in which everything fails: it says nothing of which candidate to try.
+
+    Raises:
+        ConfigError: no trial in it was worth more than the worst there is.
+    """
+    if float(ensemble.fitness.max()) <= task.worst_fitness:
+        robots, candidates, starts = ensemble.fitness.shape
+        raise ConfigError(
+            f"Every candidate fails in every simulated robot: {robots * candidates * starts:,} trials, all of fitness "
+            f"{task.worst_fitness:g}. They do not say which one to try on the robot.",
+            "Nothing was started. What may help: better candidates (--from, --evolve), another controller (n_hidden, "
+            "neuron), robots that differ less (uncertainty.keys), or an easier task.",
+        )
+
+
+def part_of_ensemble(world: World, genomes: Bits, numbers: range) -> Arrays:
+    """What the candidates do in the robots of these numbers."""
     shape = (len(genomes), len(world.starts))
     individual, start, trial = np.arange(shape[0])[:, None], world.starts, world.simulated_starts
     fitness = np.empty((len(numbers), *shape), np.float32)
@@ -196,7 +225,7 @@ def _compute(world: World, genomes: Bits, numbers: range) -> dict[str, NDArray[A
     }
 
 
-def _level(parts: list[dict[str, NDArray[Any]]], best: float) -> float | None:
+def _level(parts: list[Arrays], best: float) -> float | None:
     """Fitness from which on a trial is a success; the best there is where nothing succeeded.
 
     A success in the very last step may be worth no more than a failure: a few of these do not count.

@@ -36,17 +36,49 @@ class Observations:
         candidate: int64, shape ``(n,)``.
         start: index of the start, int64, shape ``(n,)``.
         value: fitness, float64, shape ``(n,)``.
+        operator_s: time that a person needed for it, float64, shape ``(n,)``.
     """
 
     candidate: NDArray[np.int64]
     start: NDArray[np.int64]
     value: Float64Array
+    operator_s: Float64Array
+
+    @classmethod
+    def of(
+        cls,
+        candidate: NDArray[np.int64],
+        start: NDArray[np.int64],
+        value: Float64Array,
+        operator_s: Float64Array | None = None,
+    ) -> Observations:
+        """Of trials beside which nobody needed any time, unless it is given."""
+        return cls(candidate, start, value, np.zeros(len(candidate)) if operator_s is None else operator_s)
+
+    def and_one(self, candidate: int, start: int, value: float, operator_s: float = 0.0) -> Observations:
+        """With one more trial."""
+        return Observations(
+            np.append(self.candidate, candidate),
+            np.append(self.start, start),
+            np.append(self.value, value),
+            np.append(self.operator_s, operator_s),
+        )
+
+    def expected_operator_s(self, n_starts: int) -> Float64Array:
+        """Time that a person is expected to need for a trial from each start, shape ``(n_starts,)``.
+
+        The mean over its trials and one that took as long as all of them on average: one slow trial proves little.
+        """
+        if not len(self):
+            return np.zeros(n_starts)
+        sums = np.bincount(self.start, self.operator_s, n_starts)
+        return np.asarray((sums + self.operator_s.mean()) / (np.bincount(self.start, minlength=n_starts) + 1.0))
 
     def __len__(self) -> int:
         return len(self.candidate)
 
 
-NOTHING = Observations(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))
+NOTHING = Observations.of(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))
 """Before the first trial."""
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from sceann_hil.config import ExperimentConfig, load_config, parse_config
+from sceann_hil.config import ExperimentConfig, journalled_config, load_config
 from sceann_hil.config.data import with_robot_of
 from sceann_hil.config.document import parse
 from sceann_hil.config.file import read_text
@@ -78,7 +78,7 @@ def _experiment(
         )
     reader = JournalReader(runs[0])
     try:
-        theirs = parse_config(reader.run().config, f"{runs[0]}: journalled configuration")
+        theirs = journalled_config(reader)
     finally:
         reader.close()
     return with_robot_of(theirs.with_changes({"name": None, "uncertainty.body": None}), robot)

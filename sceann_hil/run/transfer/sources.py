@@ -13,7 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
-from sceann_hil.config import ExperimentConfig, parse_config
+from sceann_hil.config import ExperimentConfig, journalled_config
 from sceann_hil.errors import ConfigError
 from sceann_hil.journal import JournalReader
 from sceann_hil.network.coding import Bits, genome_from_hex
@@ -66,7 +66,7 @@ def _genomes_of_run(directory: Path, config: ExperimentConfig) -> dict[str, floa
     found: dict[str, float] = {}
     reader = JournalReader(directory)
     try:
-        theirs = parse_config(reader.run().config, f"{directory}: journalled configuration")
+        theirs = journalled_config(reader)
         told = misfit(theirs, config)
         if told is not None:
             raise does_not_fit(directory, told)
@@ -85,7 +85,7 @@ def body_of(directory: Path) -> RobotConfig | None:
         return None
     reader = JournalReader(directory)
     try:
-        robot = parse_config(reader.run().config, f"{directory}: journalled configuration").robot
+        robot = journalled_config(reader).robot
     finally:
         reader.close()
     return robot if robot.spec.takes_batches else None

@@ -90,7 +90,9 @@ class TransferState(State):
             "version": _VERSION,
             "shape": list(self.candidates.shape),
             "candidates": base64.b64encode(np.packbits(self.candidates).tobytes()).decode(),
-            "observed": [observed.candidate.tolist(), observed.start.tolist(), observed.value.tolist()],
+            "observed": [
+                column.tolist() for column in (observed.candidate, observed.start, observed.value, observed.operator_s)
+            ],
             "candidate": self.candidate,
             "start": self.start,
             "recommended": self.recommended,
@@ -118,10 +120,16 @@ class TransferState(State):
                 raise ValueError(f"state: expected genomes of {genome_length} bits, got {length}")
             packed = np.frombuffer(base64.b64decode(document["candidates"]), np.uint8)
             candidates = np.unpackbits(packed, count=n * length).reshape(n, length)
-            candidate, start, value = document["observed"]
+            # earlier ones do not know what people needed
+            candidate, start, value, *operator_s = document["observed"]
             return cls.of(
                 candidates,
-                Observations(np.array(candidate, np.int64), np.array(start, np.int64), np.array(value, np.float64)),
+                Observations.of(
+                    np.array(candidate, np.int64),
+                    np.array(start, np.int64),
+                    np.array(value, np.float64),
+                    np.array(operator_s[0], np.float64) if operator_s else None,
+                ),
                 candidate=document["candidate"],
                 start=document["start"],
                 recommended=document["recommended"],

@@ -9,14 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
-from sceann_hil.config import ExperimentConfig
+from sceann_hil.config import ExperimentConfig, journalled_config
 from sceann_hil.errors import NotARun
 from sceann_hil.evolution.algorithm import Archive
 from sceann_hil.journal import JOURNAL_NAME, GenerationRow, JournalReader
 from sceann_hil.network.coding import genome_to_hex
 from sceann_hil.run.archive import archive_of
 from sceann_hil.run.champion import champion_of
-from sceann_hil.run.replay import journalled_config
 from sceann_hil.study.report.page import Page
 from sceann_hil.study.style import BLUE, ORANGE, drawing, save
 from sceann_hil.versions import PROGRAM, running_versions

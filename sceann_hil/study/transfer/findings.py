@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.config import ExperimentConfig, parse_config
+from sceann_hil.config import ExperimentConfig, journalled_config
 from sceann_hil.journal import JournalReader
 from sceann_hil.network.coding import genome_to_hex
 from sceann_hil.run.transfer.again import read_transfer, resemblance
@@ -83,7 +83,7 @@ class Findings:
         state, _ = read_transfer(directory)
         reader = JournalReader(directory)
         try:
-            config = parse_config(reader.run().config, f"{directory}: journalled configuration")
+            config = journalled_config(reader)
             history, values = _told(reader, config)
         finally:
             reader.close()

@@ -15,6 +15,7 @@ from sceann_hil.run.champion import champion_of
 from sceann_hil.run.experiment import Experiment, Outcome, StopRequest
 from sceann_hil.run.transfer.again import read_transfer
 from sceann_hil.run.transfer.state import TransferState, Verdict
+from tests.runs import falsify
 
 
 def decisions(directory: Path) -> list[tuple[str, int, float | None]]:
@@ -67,6 +68,23 @@ def test_a_run_that_was_stopped_comes_to_the_same_decisions(small: ExperimentCon
     while run(small, tmp_path / "parts", stop_after=2) is not Outcome.FINISHED:
         pass
     assert decisions(tmp_path / "parts") == decisions(tmp_path / "whole")
+
+
+def test_what_a_person_needed_is_known_after_a_resume_too(small: ExperimentConfig, tmp_path: Path) -> None:
+    run(small, tmp_path / "run", stop_after=2)
+    falsify(tmp_path / "run", "UPDATE attempt SET operator_s = 7.5 WHERE generation = 1")
+    assert read_transfer(tmp_path / "run")[0].observed.operator_s.tolist() == [0.0, 7.5]
+    run(small, tmp_path / "run", stop_after=1)
+    assert read_transfer(tmp_path / "run")[0].observed.operator_s.tolist() == [0.0, 7.5, 0.0]
+
+
+def test_states_of_before_people_s_time_was_known_are_read(small: ExperimentConfig) -> None:
+    algorithm = small.algorithm.for_experiment(small)
+    state = algorithm.start(np.random.default_rng(0))
+    state = algorithm.tell_attended(state, np.array([0.5]), 3.0, np.random.default_rng(0))
+    document = json.loads(algorithm.dump(state))
+    assert document["observed"].pop() == [3.0]
+    assert algorithm.load(json.dumps(document).encode()).observed.operator_s.tolist() == [0.0]
 
 
 def test_equal_states_give_equal_bytes_and_come_back(small: ExperimentConfig) -> None:

@@ -19,7 +19,7 @@ def some_ensemble(seed: int) -> Model:
 
 def some_trials(seed: int, n: int) -> Observations:
     rng = np.random.default_rng(seed + 1)
-    return Observations(rng.integers(0, 20, n), rng.integers(0, 3, n), rng.random(n))
+    return Observations.of(rng.integers(0, 20, n), rng.integers(0, 3, n), rng.random(n))
 
 
 @settings(max_examples=25, deadline=None)
@@ -56,8 +56,8 @@ def test_noise_is_found_in_the_trials_themselves() -> None:
     model = some_ensemble(4)
     rng = np.random.default_rng(0)
     k, h = np.repeat(np.arange(4), 20), np.tile(np.arange(2), 40)
-    quiet = Observations(k, h, model.mu[k, h] + rng.normal(0, 0.05 * model.spread, 80))
-    loud = Observations(k, h, model.mu[k, h] + rng.normal(0, 1.5 * model.spread, 80))
+    quiet = Observations.of(k, h, model.mu[k, h] + rng.normal(0, 0.05 * model.spread, 80))
+    loud = Observations.of(k, h, model.mu[k, h] + rng.normal(0, 1.5 * model.spread, 80))
     assert model.condition(quiet).likeliest[1] < 0.3 * model.spread
     assert model.condition(loud).likeliest[1] > 0.9 * model.spread
 
@@ -74,12 +74,12 @@ def test_trials_on_a_robot_of_the_ensemble_find_its_best_candidate() -> None:
     y: list[float] = []
     for _ in range(12):
         chosen = choose(
-            model.condition(Observations(np.array(k, int), np.array(h, int), np.array(y))), np.ones((40, 2))
+            model.condition(Observations.of(np.array(k, int), np.array(h, int), np.array(y))), np.ones((40, 2))
         )
         k.append(chosen.candidate)
         h.append(chosen.start)
         y.append(float(fitness[-1, chosen.candidate, chosen.start]))
-    best = model.condition(Observations(np.array(k), np.array(h), np.array(y))).posterior.best
+    best = model.condition(Observations.of(np.array(k), np.array(h), np.array(y))).posterior.best
     assert truth[best] > np.sort(truth)[-3]
 
 
@@ -89,8 +89,21 @@ def test_of_starts_that_bring_the_same_the_cheapest_is_taken() -> None:
     assert choose(Model(fitness, 0.01).condition(NOTHING), costs).start == 2
 
 
+def test_where_a_person_needs_long_a_trial_begins_only_if_it_matters() -> None:
+    fitness = np.random.default_rng(1).random((30, 10, 1)).repeat(3, axis=2).astype(np.float32)
+    k, h = np.array([7, 8, 9]), np.array([0, 1, 2])
+    robot_s = np.tile([2.0, 3.0, 4.0], (10, 1))
+    for operator_s, cheapest in (([0.0, 0.0, 0.0], 0), ([60.0, 1.0, 10.0], 1), ([60.0, 30.0, 1.0], 2)):
+        seen = Observations.of(k, h, fitness[0, k, h].astype(np.float64), np.array(operator_s))
+        assert choose(Model(fitness, 0.01).condition(seen), robot_s).start == cheapest
+    # one slow trial proves little
+    assert seen.expected_operator_s(4) == pytest.approx(
+        [(60 + 91 / 3) / 2, (30 + 91 / 3) / 2, (1 + 91 / 3) / 2, 91 / 3]
+    )
+
+
 def test_when_nothing_is_left_to_learn_a_trial_brings_nothing() -> None:
     model = some_ensemble(5)
     k, h = np.repeat(np.arange(20), 24), np.tile(np.arange(3), 160)
     values = model.mu[k, h] + np.where(k == 3, 5.0, 0.0)
-    assert choose(model.condition(Observations(k, h, values)), np.ones((20, 3))).gain == pytest.approx(0.0, abs=2e-3)
+    assert choose(model.condition(Observations.of(k, h, values)), np.ones((20, 3))).gain == pytest.approx(0.0, abs=2e-3)
