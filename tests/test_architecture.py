@@ -29,7 +29,7 @@ ROOMS = (
         "plugin_faults",
     ),
     *("network", "robot", "tasks", "evolution", "journal", "link", "supervision", "config"),
-    *("run", "firmware", "recording", "study", "commands", "api", "cli"),
+    *("run", "firmware", "recording", "study", "commands", "api", "cli", "start"),
 )
 """Folders and modules of `sceann_hil`, bottom up: each uses only those before it."""
 OUTSIDE = ("", "testing")

@@ -16,16 +16,8 @@ from rich.progress import Progress
 from sceann_hil.commands.arguments import AsJson, Genome, RunDirectory, print_json
 from sceann_hil.errors import FirmwareBuildFailed, RobotUnreachable, VerifyDiffers
 from sceann_hil.firmware.build import Board, board_named
-from sceann_hil.firmware.flash import (
-    UPLOAD_BAUDS,
-    OnRobot,
-    Unplugged,
-    flash,
-    flash_genome,
-    handshake,
-    opened,
-    plan_flash,
-)
+from sceann_hil.firmware.flash import OnRobot, Unplugged, flash, flash_genome, handshake, opened
+from sceann_hil.firmware.flash_plan import UPLOAD_BAUDS, plan_flash, upload_firmware
 from sceann_hil.firmware.from_run import load_image, recorded_sensors
 from sceann_hil.firmware.header import Optimize, c_header, checked_name, write_header
 from sceann_hil.firmware.verify import random_sequences, verify
@@ -93,6 +85,9 @@ def flash_board(
     upload_baud: Annotated[
         int, typer.Option("--upload-baud", help="Speed of the boot loader; 57600 is tried by itself.")
     ] = UPLOAD_BAUDS[0],
+    can: Annotated[
+        bool, typer.Option("--can", help="The robot's link is on CAN, not on a serial port (stm32f405).")
+    ] = False,
     header_only: Annotated[bool, typer.Option("--header-only", help="Only write controller.h here.")] = False,
     build_only: Annotated[bool, typer.Option("--build-only", help="Build the firmware, touch no board.")] = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Build, and say what would be done.")] = False,
@@ -125,15 +120,17 @@ def flash_board(
     if board is None:
         raise typer.BadParameter("expected --board, or --genome-only for a robot that has the firmware")
     kind = board_named(board)
-    plan = plan_flash(image, kind, port, baud, upload_baud)
+    plan = plan_flash(image, kind, port, baud, upload_baud, can)
     if build_only:
         console.print(f"firmware  {plan.image}", markup=False, soft_wrap=True)
     elif dry_run:
         alone = "" if autorun is None else f", run without a host every {autorun:g} ms"
         console.print(f"firmware  {plan.image}\nupload    {plan.shell}", markup=False, soft_wrap=True)
-        console.print(
-            f"genome    {image.record_crc:08x}, {len(image.genome)} bits, over {port or 'PORT'} at {baud} baud{alone}"
-        )
+        way = "CAN, when a run on it begins" if can else f"{port or 'PORT'} at {baud} baud{alone}"
+        console.print(f"genome    {image.record_crc:08x}, {len(image.genome)} bits, over {way}")
+    elif can:
+        upload_firmware(plan)
+        console.print("firmware written; a configuration with `can: {interface: ..., channel: ...}` reaches it")
     else:
         port = port or the_only_port()
         _tell(console, flash(image, plan_flash(image, kind, port, baud, upload_baud), port, baud, node, unplugged))

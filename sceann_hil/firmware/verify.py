@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sceann_hil.firmware.flash import check_size, handshake
+from sceann_hil.firmware.flash import handshake
+from sceann_hil.firmware.flash_plan import check_size
 from sceann_hil.link.hil import run_hil_trial
 from sceann_hil.link.messages import LinkEnd
 from sceann_hil.link.session import RobotLink

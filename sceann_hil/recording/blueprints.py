@@ -34,7 +34,11 @@ def trial_blueprint(run: RecordedRun) -> rrb.Blueprint:
     if run.accumulation is not None:
         signals += [
             _curves("Value of each step", "/signals/value", legend=False),
-            _curves(f"Fitness so far ({run.accumulation.combine} of the values)", "/signals/worth", legend=False),
+            _curves(
+                f"Fitness so far ({run.accumulation.combine.replace('_', ' ')} of the values)",
+                "/signals/worth",
+                legend=False,
+            ),
         ]
     about = rrb.TextDocumentView(origin="/info", name="Trial")
     right = rrb.Vertical(_network_view("Controller and its activity"), about, row_shares=[3, 1.5])

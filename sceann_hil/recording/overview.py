@@ -76,6 +76,10 @@ def _paths(run: RecordedRun, generation: RecordedGeneration) -> Iterator[Chunk]:
     drawing = run.drawing
     if drawing is None or not (drawing.swing is not None or has_paths(drawing)):
         return
+    moving = (drawing.parts[0].x, drawing.parts[0].y) if drawing.swing is None else (drawing.swing.field,)
+    if not set(moving) <= set(run.state_fields):
+        # of most real robots nobody knows where they went
+        return
     left, right, bottom, top = drawing.bounds_m
     name, thin = scene.SCENE, max(right - left, top - bottom) / 800
     if drawing.swing is not None:

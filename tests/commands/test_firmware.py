@@ -51,6 +51,7 @@ def test_export_replaces_its_own_header_and_nothing_else(run: Path, tmp_path: Pa
         (("flash", "--board", "posix"), ExitCode.TOOL_MISSING, "nothing to flash"),
         (("flash", "--board", "uno", "--genome-only", "--port", "/dev/none"), ExitCode.FLASH, "no such port"),
         (("flash", "--board", "uno", "--dry-run", "--build-only"), ExitCode.USAGE, "give one of"),
+        (("flash", "--board", "uno", "--can", "--dry-run"), ExitCode.FIRMWARE_BUILD, "has no CAN driver"),
         (("verify", "--board", "toaster"), ExitCode.TOOL_MISSING, "toaster"),
     ],
 )
@@ -76,6 +77,13 @@ def test_a_dry_run_says_what_would_be_done(run: Path) -> None:
     slow = sceann("flash", run, "--board", "uno", "--dry-run", "--upload-baud", "57600", "--autorun", "50")
     assert " -b 57600 -D" in slow.stdout
     assert "run without a host every 50 ms" in slow.stdout
+
+
+def test_a_board_whose_link_is_on_can_is_another_image(run: Path) -> None:
+    serial, can = (sceann("flash", run, "--board", "stm32f405", "--dry-run", *more) for more in ((), ("--can",)))
+    assert can.returncode == 0, can.stderr
+    assert "over CAN, when a run on it begins" in can.stdout
+    assert can.stdout.splitlines()[0] != serial.stdout.splitlines()[0]
 
 
 def test_a_genome_goes_into_a_running_robot(run: Path, tmp_path: Path) -> None:

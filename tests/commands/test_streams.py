@@ -110,3 +110,20 @@ def test_ctrl_c_while_a_run_starts_leaves_nothing_behind(run: Path, tmp_path: Pa
         assert code in (130, 40, -signal.SIGINT), started.shown
         if "Getting" not in started.shown and "generation" not in started.shown:
             assert not (tmp_path / "new").exists(), started.shown
+
+
+def test_ctrl_c_while_the_program_is_imported_ends_it_quietly() -> None:
+    code = """
+import os, signal, sys
+import sceann_hil.start
+
+class Impatient:
+    def find_spec(self, name, path, target=None):
+        if name == "sceann_hil.cli":
+            os.kill(os.getpid(), signal.SIGINT)
+
+sys.meta_path.insert(0, Impatient())
+sceann_hil.start.main()
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False, cwd=REPOSITORY)
+    assert (done.returncode, done.stdout, done.stderr) == (130, b"", b"")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import subprocess
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,8 @@ from sceann_hil.firmware.build import AVR, FIRMWARE, Board, find_tool
 from sceann_hil.firmware.emulated.measure import section_sizes
 from sceann_hil.firmware.emulated.simavr import EXTERNAL_RESET, HZ, AvrChip
 from sceann_hil.firmware.emulated.terminal import ChipTerminal
-from sceann_hil.firmware.flash import flash, flash_genome, plan_flash, upload_firmware, upload_genome
+from sceann_hil.firmware.flash import flash, flash_genome, upload_genome
+from sceann_hil.firmware.flash_plan import plan_flash, upload_firmware
 from sceann_hil.firmware.header import c_header
 from sceann_hil.firmware.verify import random_sequences, verify
 from sceann_hil.link.framed_bus import LineBus
@@ -82,21 +84,117 @@ def test_the_examples_header_is_what_export_writes_today() -> None:
     assert (SKETCH.parent / "walker.h").read_text() == c_header(walker(), "walker")
 
 
-def test_the_example_sketch_runs_on_the_arduino_core(tmp_path: Path) -> None:
-    elf = arduino_build(SKETCH, tmp_path)
-    with AvrChip(elf) as chip:
-        sensors = [12, 300, 511, 512, 1023]
-        for channel, value in enumerate(sensors):
+SENSORS = [12, 300, 511, 512, 1023]
+START, STOP, BUMPER = ("B", 0), ("D", 3), ("D", 2)
+DUTIES = (0x47, 0x48)
+"""OCR0A and OCR0B: how much of the time D6 (left wheel) and D5 (right wheel) are high."""
+TIMER_OUTPUTS = 0x44
+"""TCCR0A: its upper half says which of them the timer drives."""
+PORT_D = 0x2B
+
+
+class Walker:
+    """The sketch on a simulated Uno, and a person's fingers."""
+
+    def __init__(self, chip: AvrChip) -> None:
+        self.chip = chip
+        self.text = ""
+        for switch in (START, STOP, BUMPER):
+            chip.set_pin(*switch, True)
+        for channel, value in enumerate(SENSORS):
             chip.set_analogue(channel, value)
-        text = b""
-        while text.count(b"\n") < 12:
-            text += chip.read(1.0)
-            assert chip.cycles < 5 * HZ
-    lines = text.decode().splitlines()
-    assert lines[0] == "self-test passed"
-    controller = walker().controller()
-    for line in lines[1:11]:
-        assert [int(word) for word in line.split()] == controller.step(np.array(sensors)).tolist()
+
+    def until(self, words: str, patience_s: float = 5.0) -> None:
+        began = self.chip.cycles
+        while words not in self.text:
+            self.text += self.chip.read(0.01).decode()
+            assert self.chip.cycles - began < patience_s * HZ, self.text
+
+    def press(self, switch: tuple[str, int], held_s: float = 0.1) -> None:
+        self.chip.set_pin(*switch, False)
+        self.wait(held_s)
+        self.chip.set_pin(*switch, True)
+
+    def wait(self, duration_s: float) -> None:
+        self.chip.run(int(duration_s * HZ))
+        self.text += self.chip.read(0.0).decode()
+
+    @property
+    def driven(self) -> tuple[bool, bool]:
+        """Whether the left and the right wheel get any current."""
+        outputs = self.chip.peek(TIMER_OUTPUTS, 1)[0]
+        duties = [self.chip.peek(at, 1)[0] for at in DUTIES]
+        pins = self.chip.peek(PORT_D, 1)[0]
+        by_timer = [bool(outputs & 0x80) and duties[0] > 0, bool(outputs & 0x20) and duties[1] > 0]
+        return by_timer[0] or bool(pins & 0x40), by_timer[1] or bool(pins & 0x20)
+
+
+@pytest.fixture(scope="module")
+def walker_elf(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return arduino_build(SKETCH, tmp_path_factory.mktemp("walker"))
+
+
+@pytest.fixture
+def sketch(walker_elf: Path) -> Iterator[Walker]:
+    with AvrChip(walker_elf) as chip:
+        sketch = Walker(chip)
+        sketch.until("to try the motors.")
+        yield sketch
+
+
+class TestTheExampleSketch:
+    """It waits for its button, computes what the simulator computes, and ends by itself."""
+
+    def test_nothing_moves_before_the_button_is_pressed(self, sketch: Walker) -> None:
+        sketch.wait(1.0)
+        assert sketch.driven == (False, False)
+        assert sketch.text.splitlines()[0] == "self-test passed"
+
+    def test_it_computes_what_the_simulator_computes_until_its_time_is_up(self, sketch: Walker) -> None:
+        sketch.text = ""
+        sketch.press(START)
+        sketch.wait(0.3)
+        assert any(sketch.driven)
+        sketch.until("stopped: time is up", 16.0)
+        assert sketch.driven == (False, False)
+        controller = walker().controller()
+        *steps, _ = sketch.text.strip().splitlines()
+        assert len(steps) == 75
+        for line in steps:
+            assert [int(word) for word in line.split()] == controller.step(np.array(SENSORS)).tolist()
+
+    @pytest.mark.parametrize(
+        ("switch", "why"),
+        [(STOP, "stop button"), (BUMPER, "bumper"), (START, "start button")],
+        ids=["stop", "bump", "start"],
+    )
+    def test_every_switch_ends_the_drive(self, switch: tuple[str, int], why: str, sketch: Walker) -> None:
+        sketch.press(START)
+        sketch.wait(0.5)
+        assert any(sketch.driven)
+        sketch.press(switch)
+        sketch.until(f"stopped: {why}", 1.0)
+        sketch.wait(1.0)
+        assert sketch.driven == (False, False)
+
+    def test_with_its_stop_button_held_it_does_not_start(self, sketch: Walker) -> None:
+        sketch.chip.set_pin(*STOP, False)
+        sketch.press(START)
+        sketch.until("stopped: stop button", 1.0)
+        assert sketch.driven == (False, False)
+
+    def test_it_says_which_motor_is_left(self, sketch: Walker) -> None:
+        sketch.chip.set_pin(*START, False)
+        sketch.until("the left wheel", 3.0)
+        sketch.chip.set_pin(*START, True)
+        sketch.wait(0.2)
+        assert sketch.driven == (True, False)
+        sketch.until("the right wheel", 3.0)
+        sketch.wait(0.2)
+        assert sketch.driven == (False, True)
+        sketch.until("the left one first?", 3.0)
+        sketch.wait(0.5)
+        assert sketch.driven == (False, False)
 
 
 ROBOT = FIRMWARE / "examples" / "Robot" / "Robot.ino"

@@ -17,7 +17,8 @@ from backends.virtual.virtual_uno import Socket
 from sceann_hil.errors import FlashFailed
 from sceann_hil.firmware.build import AVR, Board, find_tool
 from sceann_hil.firmware.emulated.simavr import EXTERNAL_RESET, HZ, AvrChip
-from sceann_hil.firmware.flash import flash, plan_flash, upload_firmware
+from sceann_hil.firmware.flash import flash
+from sceann_hil.firmware.flash_plan import plan_flash, upload_firmware
 from tests.firmware.rig import an_image
 
 BOOT_LOADERS = Path("/usr/share/arduino/hardware/arduino/avr/bootloaders")

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from sceann_hil.firmware.build import FIRMWARE, find_tool
+from sceann_hil.link import numbers
 
 ROOT = FIRMWARE.parent
 CORE = sorted(path for path in (FIRMWARE / "src").glob("*.c") if path.name != "sceann_link.c")
@@ -23,6 +24,28 @@ def tool(name: str, *arguments: str) -> subprocess.CompletedProcess[str]:
 def test_link_messages_are_what_the_dbc_gives() -> None:
     done = tool("generate_link", "--check")
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("document", "words"),
+    [
+        ("firmware/README.md", f"stop when the host is silent for {1000 * numbers.HOST_DEADLINE_S:g} ms"),
+        ("firmware/README.md", f"after {1000 * numbers.WATCHDOG_S:g} ms when the program hangs"),
+        ("firmware/README.md", f"battery stays low for {1000 * numbers.BATTERY_LOW_S:g} ms"),
+        ("firmware/README.md", f"run {numbers.AUTORUN_S:g} s after it is switched on"),
+        ("firmware/README.md", f"| {numbers.STORE_BYTES} bytes that survive power loss"),
+        ("docs/hardware.md", f"stops by itself {1000 * numbers.HOST_DEADLINE_S:g} ms after the last heartbeat"),
+        ("docs/operating.md", f"our firmware stops {1000 * numbers.HOST_DEADLINE_S:g} ms after the last heartbeat"),
+        ("docs/link.md", f"no heartbeat from the host for {1000 * numbers.HOST_DEADLINE_S:g} ms"),
+        ("docs/link.md", f"after {1000 * numbers.WATCHDOG_S:g} ms, which makes the motors safe"),
+        ("docs/link.md", f"means low for {1000 * numbers.BATTERY_LOW_S:g} ms"),
+        ("docs/link.md", f"{numbers.AUTORUN_S:g} s after boot with no HELLO"),
+        ("docs/link.md", f"the line held low for {1000 * numbers.BREAK_S:g} ms"),
+        ("docs/link.md", f"# The robot link, version {numbers.LINK_VERSION}"),
+    ],
+)
+def test_documents_say_the_numbers_in_words_too(document: str, words: str) -> None:
+    assert words in " ".join((ROOT / document).read_text().split())
 
 
 def test_no_published_size_grew_by_more_than_five_percent() -> None:

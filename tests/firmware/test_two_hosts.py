@@ -12,13 +12,16 @@ import pytest
 
 from backends.virtual.can_bridge import CanBridge
 from backends.virtual.virtual_posix import VirtualPosix
-from sceann_hil.firmware.build import FIRMWARE, HOST_GCC, compile_c
+from sceann_hil.firmware.build import FIRMWARE, HOST_GCC, Board, build_board, compile_c
 from sceann_hil.firmware.emulated.posix import PosixBoard
-from sceann_hil.firmware.emulated.simavr import UnoBoard
+from sceann_hil.firmware.emulated.simavr import HZ, UnoBoard, symbols
+from sceann_hil.link.framing import encode_frame
 from sceann_hil.link.messages import arm_arguments, load_arguments, node_arguments, start_arguments, store_arguments
+from sceann_hil.link.numbers import LINK_VERSION
 from sceann_hil.link.session import Refused, RobotLink, TwoRobots
 from sceann_hil.link.upload import upload_image
 from sceann_hil.link.vocabulary import Mode, Op, State, Status, StoreAction, Telemetry
+from sceann_hil.network.controller import ARITHMETIC_ID
 from sceann_hil.robot import LinkError
 from tests.firmware.rig import TICK_S, Rig, an_image
 from tests.firmware.test_uno import BAUD, IMAGE
@@ -192,6 +195,24 @@ class TestUploads:
         sources = [Path(__file__).parent / "c" / "silence.c", *sorted((FIRMWARE / "src").glob("*.c"))]
         program = compile_c(HOST_GCC, sources, include=[FIRMWARE / "src"])
         assert subprocess.run([program], check=False, timeout=60).returncode == 0
+
+    def test_nor_is_it_on_an_uno_whose_clock_has_wrapped(self) -> None:
+        with UnoBoard(BAUD) as board:
+            RobotClient(board).hello()
+            board.run(2 * HZ)
+            second = RobotClient(board)
+            hello = bytes(
+                [1, LINK_VERSION, *ARITHMETIC_ID.to_bytes(4, "little"), *second.session.to_bytes(2, "little")]
+            )
+            frame = encode_frame(0x401, hello)
+            board.write(frame[:-1])
+            board.run(HZ // 1000)
+            # in the moment before the last byte the clock is once round: 0.3 s after the first host was heard
+            overflows = symbols(build_board(Board.UNO, BAUD))["timer1_overflows"]
+            count = int.from_bytes(board.peek(overflows, 4), "little") - round(1.7 / 0.032768)
+            board.poke(overflows, (count % 2**32).to_bytes(4, "little"))
+            board.write(frame[-1:])
+            assert second.expect("Reply")["Status"] == Status.OK
 
 
 def _load(image) -> dict[str, int]:

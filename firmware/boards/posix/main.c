@@ -29,7 +29,6 @@
 #include <unistd.h>
 
 #define STORE_SIZE 1024u
-#define WATCHDOG_US 500000
 #define EXIT_USAGE 2
 #define PUNCTUAL_US 10000u             /* how late this computer may be before the robot's time stands still */
 
@@ -64,7 +63,7 @@ static void watchdog(void *board, sceann_watchdog action)
 {
     (void)board;
     guarded = action != SCEANN_WATCHDOG_OFF;
-    const struct itimerval timer = { { 0, 0 }, { 0, action == SCEANN_WATCHDOG_OFF ? 0 : WATCHDOG_US } };
+    const struct itimerval timer = { { 0, 0 }, { 0, action == SCEANN_WATCHDOG_OFF ? 0 : SCEANN_WATCHDOG_US } };
     setitimer(ITIMER_REAL, &timer, NULL);
 }
 

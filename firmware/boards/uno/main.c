@@ -105,6 +105,10 @@ static bool store_write(void *board, uint16_t at, const uint8_t *data, uint8_t n
     return true;                       /* the chip does not tell; the core reads it back */
 }
 
+#if SCEANN_WATCHDOG_US != 500000u
+#error "the chip has watchdog periods of its own: 250, 500 or 1000 ms"
+#endif
+
 static void watchdog(void *board, sceann_watchdog action)
 {
     (void)board;

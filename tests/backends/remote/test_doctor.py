@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import can
 import pytest
 
 from backends.cartpole import CartPoleConfig
 from backends.remote import RemoteConfig
 from backends.virtual.cable import Cable, LineFaults
+from backends.virtual.can_bridge import CanBridge
 from backends.virtual.virtual_posix import VirtualPosix
 from sceann_hil.firmware.emulated.posix import PosixBoard, RecordKind
 from sceann_hil.link.session import RobotLink
@@ -69,3 +71,20 @@ def test_a_robot_that_does_not_stop_when_the_host_falls_silent(
     found = findings(RemoteConfig(port=str(board.port), mode="hil", body=CartPoleConfig()))
     assert found["watchdog self-test"].verdict is Verdict.BAD
     assert "Do not run" in found["watchdog self-test"].advice
+
+
+def test_two_robots_with_one_number_are_no_bad_cable() -> None:
+    channel = "two robots and a doctor"
+    with PosixBoard(unique_id=1) as one, PosixBoard(unique_id=2) as two:
+        bridges = []
+        for board in (one, two):
+            assert board.line is not None
+            bridges.append(CanBridge(board.line.socket, can.Bus(interface="virtual", channel=channel)))
+        bus = {"interface": "virtual", "channel": channel}
+        found = findings(RemoteConfig(can=bus, mode="hil", body=CartPoleConfig(), reconnect_s=0.1))
+        for bridge in bridges:
+            bridge.close()
+    assert found["handshake"].verdict is Verdict.BAD
+    assert "2 robots have node 1" in found["handshake"].detail
+    assert "Switch all but one of them off" in found["handshake"].advice
+    assert "frame loss" not in found

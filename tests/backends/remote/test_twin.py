@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from backends.diffdrive import DifferentialDriveConfig
 from backends.remote import RemoteConfig
 from sceann_hil import registry
 from sceann_hil.network.coding import NetworkSize
-from sceann_hil.recording import chunks, scene
+from sceann_hil.recording import chunks, overview, scene
+from sceann_hil.recording.source import RunSource
 from sceann_hil.recording.trial import RecordedRun, RecordedTrial
 from sceann_hil.registry import Group
 from sceann_hil.robot import EndReason
@@ -20,6 +24,7 @@ from sceann_hil.robot.drawing import Drawing
 from sceann_hil.robot.trials import Trace
 from sceann_hil.supervision.operators.sketch import sketch
 from sceann_hil.supervision.operators.web import draw_pose
+from tests.runs import GOAL, evolve
 
 TWIN = {"type": "diffdrive", "n_sensors": 2, "arena_m": [1.2, 0.8], "target_m": [1.1, 0.7]}
 ROBOT: dict[str, Any] = {
@@ -102,3 +107,16 @@ def test_the_viewer_draws_the_start_and_invents_no_path(robot: dict[str, Any]) -
     assert "/signals/sensors" in paths
     assert not {scene.PATH, scene.TRAIL} & paths
     assert ("/scene/robot" in paths) == (robot is TWIN)
+
+
+def test_the_overview_of_a_robot_whose_path_nobody_knows_can_be_recorded(tmp_path: Path) -> None:
+    """Regression: it ended with a KeyError, and the run's overview was missing."""
+    path = tmp_path / "run"
+    evolve(path, GOAL, "robot.n_sensors=2", "algorithm.generations=0", "task.max_steps=5")
+    source = RunSource(path)
+    drawing = DifferentialDriveConfig.model_validate_json(json.dumps(TWIN)).build().drawing
+    run = replace(source.run, state_fields=(), drawing=drawing)
+    paths = {str(chunk.entity_path) for chunk in overview.overview_generation(run, source.generation(0))}
+    source.close()
+    assert "/fitness/curve" in paths
+    assert not {name for name in paths if name.endswith(("/paths", "/champion"))}
