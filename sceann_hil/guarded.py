@@ -9,30 +9,28 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import IO
 
-from sceann_hil.errors import ToolMissing
-
-_KEEPER = 'exec 3<&0 </dev/null; "$@" 3<&- & read -r _ <&3; kill -9 $! 2>/dev/null; wait $! 2>/dev/null'
-"""A shell that waits for the end of its input, which is this process's end of a pipe, and then ends the program."""
-
-
-_REPORTING_KEEPER = (
+_KEEPER = (
     'exec 3<&0 </dev/null; "$@" 3<&- & program=$!; '
     '{ read -r _; kill "$program"; sleep 2; kill -9 "$program"; } <&3 >/dev/null 2>&1 & waiter=$!; exec 3<&-; '
     'wait "$program"; code=$?; kill "$waiter" 2>/dev/null; exit $code'
 )
-"""The same, but it ends with the program too, and with its exit code."""
+"""A shell that ends with the program and its exit code, and ends it when its input does: our end of a pipe."""
 
 
 @contextmanager
 def guarded(
-    command: Sequence[str], output: IO[bytes] | None, environment: Mapping[str, str]
+    command: Sequence[str],
+    output: IO[bytes] | int | None,
+    environment: Mapping[str, str] | None = None,
+    pass_fds: Sequence[int] = (),
 ) -> Iterator[subprocess.Popen[bytes]]:
     """A program for as long as the block lasts, and no longer than this process lives.
 
     Args:
         command: program and arguments.
-        output: where its output and errors go; None for this process's own.
-        environment: its own.
+        output: where its output and errors go, as `subprocess` has it; None for this process's own.
+        environment: its own; None for this process's.
+        pass_fds: descriptors that it inherits, none on Windows.
 
     Returns:
         A process that ends when the program does, with its exit code.
@@ -44,7 +42,7 @@ def guarded(
             stdin=subprocess.DEVNULL,
             stdout=output,
             stderr=None if output is None else subprocess.STDOUT,
-            env=dict(environment),
+            env=None if environment is None else dict(environment),
         ) as process:
             try:
                 yield process
@@ -54,11 +52,12 @@ def guarded(
     theirs, ours = os.pipe()
     try:
         process = subprocess.Popen(
-            ["/bin/sh", "-c", _REPORTING_KEEPER, "keeper", *command],
+            ["/bin/sh", "-c", _KEEPER, "keeper", *command],
             stdin=theirs,
             stdout=output,
             stderr=None if output is None else subprocess.STDOUT,
-            env=dict(environment),
+            env=None if environment is None else dict(environment),
+            pass_fds=pass_fds,
         )
     except BaseException:
         os.close(ours)
@@ -70,47 +69,3 @@ def guarded(
     finally:
         os.close(ours)
         process.wait()
-
-
-def _needs_a_shell() -> None:
-    if sys.platform == "win32":
-        raise ToolMissing("Emulated boards need a POSIX system.", "Use Linux, or a board of your own.")
-
-
-class GuardedProcess:
-    """A program without input and output.
-
-    Args:
-        command: program and arguments.
-        pass_fds: descriptors that it inherits.
-
-    Attributes:
-        keeper: the process that ends it.
-
-    Raises:
-        ToolMissing: on Windows.
-    """
-
-    def __init__(self, command: Sequence[str], pass_fds: Sequence[int] = ()) -> None:
-        _needs_a_shell()
-        theirs, self._ours = os.pipe()
-        try:
-            self.keeper = subprocess.Popen(
-                ["/bin/sh", "-c", _KEEPER, "keeper", *command],
-                stdin=theirs,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
-                pass_fds=pass_fds,
-            )
-        except BaseException:
-            os.close(self._ours)
-            raise
-        finally:
-            os.close(theirs)
-
-    def end(self) -> None:
-        """End it; may be called twice."""
-        if self._ours >= 0:
-            os.close(self._ours)
-            self._ours = -1
-        self.keeper.wait()

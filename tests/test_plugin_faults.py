@@ -24,7 +24,7 @@ class TaskConfig(PoleBalancingConfig):
     type: Literal["wobble"] = "wobble"
 
     def build(self):
-        return Task(self.max_steps, self.start_angle_deg)
+        return Task(self)
 
     def check(self, robot):
         {check}

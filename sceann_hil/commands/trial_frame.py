@@ -70,8 +70,9 @@ def _words(run: RecordedRun, trial: RecordedTrial, step: int, hint: Text, block:
         return
     sensors = (trial.trace.sensors[shown] / SENSOR_MAX).tolist()
     outputs = (trial.trace.x[shown] / ONE).tolist()
-    names = (*run.sensor_names, *run.hidden_names, *run.motor_names)
-    for name, value in zip(names, (*sensors, *outputs), strict=True):
+    rows = [(run.sensor_names[k], sensors[k]) for k in run.sensors_from_left]
+    rows += zip((*run.hidden_names, *run.motor_names), outputs, strict=True)
+    for name, value in rows:
         bar = block * round(10 * min(1.0, max(0.0, value)))
         yield Text.assemble(f"{name[:12]:>12} ", (f"{bar:<10}", "cyan"), f" {value:4.2f}")
 

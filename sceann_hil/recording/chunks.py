@@ -32,7 +32,7 @@ def trial_chunks(run: RecordedRun, trial: RecordedTrial, *, full: bool) -> Itera
     if run.drawing is not None:
         yield from scene.moving(run, run.drawing, trial, full=full)
     yield from _signals(run, trial)
-    yield static("/network/connections", network.connections(trial.weights, run.size))
+    yield static("/network/connections", network.connections(trial.weights, run.size, run.sensors_from_left))
     if full:
         yield timed("/network/nodes", step_times(trial.steps, run.tick_s), network.activity(run, trial))
 

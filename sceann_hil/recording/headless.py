@@ -7,7 +7,7 @@ import socket
 import subprocess
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from rerun.experimental import ViewerClient
@@ -69,10 +69,22 @@ def wait_for_views(client: ViewerClient, timeout_s: float = 60.0) -> None:
     Raises:
         ViewerUnavailable: that does not happen in time.
     """
+    _wait_until(lambda: bool((state := client.get_state()).views and not state.loading), timeout_s)
+
+
+def wait_for_gallery(client: ViewerClient, timeout_s: float = 120.0) -> None:
+    """Return when the trials that a table shows are loaded: a table has no views, and asks for trials as it is drawn.
+
+    Raises:
+        ViewerUnavailable: that does not happen in time.
+    """
+    _wait_until(lambda: bool((state := client.get_state()).recordings and not state.loading), timeout_s)
+
+
+def _wait_until(shown: Callable[[], bool], timeout_s: float) -> None:
     deadline = time.monotonic() + timeout_s
     while True:
-        state = client.get_state()
-        if state.views and not state.loading:
+        if shown():
             return
         if time.monotonic() > deadline:
             raise ViewerUnavailable(f"The viewer shows nothing after {timeout_s:g} s.", "Try again on an idle machine.")

@@ -1,5 +1,6 @@
 """The controller as a drawing: sensors left, hidden neurons in the middle, motors right, every connection visible.
 
+Sensors stand as the robot has them, its left on top, as the left motor does.
 Solid blue is excitatory, dashed red is inhibitory, as in the paper's Figures 8 and 12. The network is recurrent and
 fully interconnected, so connections inside a layer and backwards are arcs that bow to their left (a pair of opposite
 connections never coincides) and self connections are loops. Arrow heads show the direction.
@@ -35,7 +36,11 @@ _DASH, _GAP = 0.26, 0.20
 Points = NDArray[np.float64]
 
 
-def layout(size: NetworkSize) -> Points:
+Order = tuple[int, ...]
+"""The sensors from top to bottom."""
+
+
+def layout(size: NetworkSize, order: Order) -> Points:
     """Where the sources are drawn, in the order sensors, hidden, motors; shape ``(n_sources, 2)``."""
     columns = []
     for x, count, spacing in zip(
@@ -46,13 +51,14 @@ def layout(size: NetworkSize) -> Points:
         # a column of hidden neurons leans out, so that connections past a neighbour do not run through it
         lean = np.where(np.arange(count) % 2, 0.55, -0.55) if x == _COLUMN_X[1] and count > 2 else 0.0
         columns.append(np.column_stack([np.full(count, x) + lean, y]))
+    columns[0][list(order)] = columns[0].copy()
     return np.concatenate(columns)
 
 
 def network_scenery(run: RecordedRun) -> Iterator[Chunk]:
     """Names, nodes, and the lines of every connection there could be; a trial says which are seen."""
     size = run.size
-    positions = layout(size)
+    positions = layout(size, run.sensors_from_left)
     names = [*run.sensor_names, *run.hidden_names, *run.motor_names]
     offset = np.tile([0.0, 0.45], (len(positions), 1))
     offset[: size.n_sensors] = [-1.15, -0.37]
@@ -71,17 +77,17 @@ def network_scenery(run: RecordedRun) -> Iterator[Chunk]:
     yield static("/network/nodes", rr.Points2D.from_fields(positions=positions, radii=_NODE_RADIUS, draw_order=10))
     yield static(
         "/network/connections",
-        rr.LineStrips2D.from_fields(strips=_lines(size).strips, draw_order=1),
+        rr.LineStrips2D.from_fields(strips=_lines(size, run.sensors_from_left).strips, draw_order=1),
     )
 
 
-def connections(weights: Weights, size: NetworkSize) -> rr.LineStrips2D:
+def connections(weights: Weights, size: NetworkSize, order: Order) -> rr.LineStrips2D:
     """Which of the lines in `network_scenery` show this network.
 
     A line that is not there has no radius; where a viewer's graphics draw it as a hair all the same, it has the colour
     of the background.
     """
-    lines = _lines(size)
+    lines = _lines(size, order)
     seen = weights.reshape(-1)[lines.connection] == lines.sign
     excitatory, inhibitory, nothing = style.colours(style.EXCITATORY, style.INHIBITORY, style.NOTHING)
     colours = np.where(seen, np.where(lines.sign > 0, excitatory, inhibitory), nothing)
@@ -107,11 +113,11 @@ class _Lines:
 
 
 @lru_cache(maxsize=8)
-def _lines(size: NetworkSize) -> _Lines:
+def _lines(size: NetworkSize, order: Order) -> _Lines:
     strips: list[Points] = []
     connection: list[int] = []
     sign: list[int] = []
-    for number, (curve, head) in enumerate(pair for row in _curves(size) for pair in row):
+    for number, (curve, head) in enumerate(pair for row in _curves(size, order) for pair in row):
         for value, parts in ((1, [curve, head]), (-1, [*_dashes(curve), head])):
             strips += parts
             connection += [number] * len(parts)
@@ -119,9 +125,9 @@ def _lines(size: NetworkSize) -> _Lines:
     return _Lines(strips, np.array(connection), np.array(sign, np.int8))
 
 
-def _curves(size: NetworkSize) -> list[list[tuple[Points, Points]]]:
+def _curves(size: NetworkSize, order: Order) -> list[list[tuple[Points, Points]]]:
     """The curve and the arrow head from every source to every neuron."""
-    positions = layout(size)
+    positions = layout(size, order)
     first_hidden, first_motor = size.n_sensors, size.n_sensors + size.n_hidden
     column = np.repeat([0, 1, 2], [size.n_sensors, size.n_hidden, size.n_motors])
     table = []

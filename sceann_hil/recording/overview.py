@@ -63,7 +63,7 @@ def overview_generation(run: RecordedRun, generation: RecordedGeneration) -> Ite
         yield once(f"/log/note{number}", when, rr.TextLog(f"{kind}: {message}", level="WARN"))
     yield from _paths(run, generation)
     weights = generation.weights[generation.champion]
-    yield once("/network/connections", when, network.connections(weights, run.size))
+    yield once("/network/connections", when, network.connections(weights, run.size, run.sensors_from_left))
     picture = style.weight_image(generation.weights.reshape(len(fitness), -1)[order])
     yield once("/population/weights", when, rr.Image(picture))
     yield once("/population/fitness", when, rr.BarChart(fitness[order], color=style.TRAIL))

@@ -70,6 +70,11 @@ class RecordingPaths:
         return self.folder / "overview" / "start.rrd"
 
     @property
+    def form(self) -> Path:
+        """Which form the files have; see `sceann_hil.recording.recorder`."""
+        return self.folder / "form"
+
+    @property
     def log(self) -> Path:
         """What the recorder had to say."""
         return self.folder / "recorder.log"

@@ -5,6 +5,7 @@ Files are whole or absent, so a recorder can be killed at any moment and started
 
 from __future__ import annotations
 
+import shutil
 import time
 from collections import deque
 from collections.abc import Callable, Collection
@@ -19,6 +20,8 @@ from sceann_hil.recording.process import Detail, RecorderStatus, State
 from sceann_hil.recording.source import RecordedGeneration, RunSource
 from sceann_hil.recording.trial_files import write_trials
 
+FORM = 2
+"""What files of trials and scenery agree on, such as the lines of a network: trials of another form are drawn again."""
 _LOOK_AGAIN_S = 0.2
 _WRITERS = 2
 
@@ -124,6 +127,7 @@ class Recorder:
         """Screens and scenery, and nothing left of a recorder that was killed."""
         paths, run = self._paths, self._run
         rrd.remove_leftovers(paths.folder)
+        self._forget_other_forms()
         with rrd.replacing(paths.scenery) as part:
             rrd.write_recording(part, chunks.shared_chunks(run), application_id=run.experiment, recording_id="scenery")
         with rrd.replacing(paths.overview_start) as part:
@@ -135,6 +139,15 @@ class Recorder:
             blueprints.table_blueprint(run).save(run.experiment, part)
         with rrd.replacing(paths.run_blueprint) as part:
             blueprints.run_blueprint(run).save(self._overview_application, str(part))
+
+    def _forget_other_forms(self) -> None:
+        """Recordings of another version of this program would be shown with a scenery that is not theirs."""
+        paths = self._paths
+        if paths.trials.exists() and (not paths.form.exists() or paths.form.read_text(encoding="ascii") != f"{FORM}\n"):
+            for folder in (paths.trials, paths.overview_start.parent):
+                shutil.rmtree(folder, ignore_errors=True)
+            paths.run.unlink(missing_ok=True)
+        paths.form.write_text(f"{FORM}\n", encoding="ascii")
 
     @property
     def _overview_application(self) -> str:

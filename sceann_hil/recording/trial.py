@@ -12,7 +12,7 @@ from sceann_hil.network.coding import NetworkSize, Weights
 from sceann_hil.robot import EndReason, Trace
 from sceann_hil.robot.accumulation import Accumulation
 from sceann_hil.robot.drawing import Drawing
-from sceann_hil.robot.signal_names import motor_names, sensor_names
+from sceann_hil.robot.signal_names import motor_names, sensor_names, sensors_from_left
 
 _NOT_IN_AN_ID = re.compile(r"[^A-Za-z0-9_-]+")
 
@@ -53,6 +53,11 @@ class RecordedRun:
     def sensor_names(self) -> tuple[str, ...]:
         """What people call the sensors, in the controller's order."""
         return sensor_names(self.size, self.drawing)
+
+    @cached_property
+    def sensors_from_left(self) -> tuple[int, ...]:
+        """The sensors as pictures list them: from the robot's left to its right."""
+        return sensors_from_left(self.size, self.drawing)
 
     @cached_property
     def hidden_names(self) -> tuple[str, ...]:

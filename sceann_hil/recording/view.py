@@ -20,6 +20,7 @@ from sceann_hil.recording.headless import (
     complaints,
     explain_failure,
     headless_viewer,
+    wait_for_gallery,
     wait_for_views,
 )
 from sceann_hil.recording.paths import RecordingPaths
@@ -103,7 +104,9 @@ def picture(
         NotARun, RecordingIsDamaged, ViewerUnavailable: as `view`.
     """
     with prepared(run_dir, screen) as source, headless_viewer(source) as client:
-        if screen != GALLERY:
+        if screen == GALLERY:
+            wait_for_gallery(client)
+        else:
             wait_for_views(client)
         time.sleep(settle_s)
         if at is not None and screen.overview:

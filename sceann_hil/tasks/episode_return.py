@@ -14,44 +14,6 @@ from sceann_hil.robot import Results
 from sceann_hil.robot.task import Task
 
 
-class EpisodeReturn(Task):
-    """Fitness of a trial is the sum of the rewards of its steps.
-
-    Args:
-        max_steps: a trial ends after this many steps.
-        seeds: one trial for each; the episode begins with it.
-        success: a trial that is worth at least this counts as a success; none does if it is None.
-        worst, best: bounds of a trial's sum, if there are any.
-    """
-
-    name = "episode_return"
-    start_fields = ("seed",)
-
-    def __init__(
-        self, max_steps: int, seeds: tuple[int, ...], success: float | None, worst: float = -inf, best: float = inf
-    ) -> None:
-        self.max_steps = max_steps
-        self.worst_fitness, self.best_fitness = worst, best
-        self._seeds = np.array(seeds, np.float64)[:, None]
-        self._success = success
-
-    @property
-    def starts(self) -> NDArray[np.float64]:
-        return self._seeds
-
-    def fitness(self, results: Results) -> NDArray[np.float64]:
-        if results.values is None:
-            if not results.counts.any():
-                return np.full(len(results), np.nan)
-            raise ValueError("results: expected the sum of each trial's rewards, which this robot does not tell")
-        return results.values
-
-    def succeeded(self, results: Results) -> NDArray[np.bool_]:
-        if self._success is None:
-            return np.zeros(len(results), np.bool_)
-        return np.asarray((self.fitness(results) >= self._success) & results.counts)
-
-
 class EpisodeReturnConfig(TaskConfig):
     """The sum of the rewards that an environment gives: for robots of type gymnasium."""
 
@@ -74,10 +36,38 @@ class EpisodeReturnConfig(TaskConfig):
     """The most that a trial can be worth; `sceann transfer` needs it."""
 
     def build(self) -> EpisodeReturn:
-        return EpisodeReturn(
-            self.max_steps,
-            self.seeds,
-            self.success,
-            -inf if self.worst is None else self.worst,
-            inf if self.best is None else self.best,
-        )
+        return EpisodeReturn(self)
+
+
+class EpisodeReturn(Task):
+    """Fitness of a trial is the sum of the rewards of its steps.
+
+    Args:
+        config: its settings.
+    """
+
+    name = "episode_return"
+    start_fields = ("seed",)
+
+    def __init__(self, config: EpisodeReturnConfig = EpisodeReturnConfig()) -> None:  # noqa: B008
+        self.max_steps = config.max_steps
+        self.worst_fitness = -inf if config.worst is None else config.worst
+        self.best_fitness = inf if config.best is None else config.best
+        self._seeds = np.array(config.seeds, np.float64)[:, None]
+        self._success = config.success
+
+    @property
+    def starts(self) -> NDArray[np.float64]:
+        return self._seeds
+
+    def fitness(self, results: Results) -> NDArray[np.float64]:
+        if results.values is None:
+            if not results.counts.any():
+                return np.full(len(results), np.nan)
+            raise ValueError("results: expected the sum of each trial's rewards, which this robot does not tell")
+        return results.values
+
+    def succeeded(self, results: Results) -> NDArray[np.bool_]:
+        if self._success is None:
+            return np.zeros(len(results), np.bool_)
+        return np.asarray((self.fitness(results) >= self._success) & results.counts)

@@ -117,8 +117,8 @@ class FormulaConfig(DrivingTask):
     def value(self) -> StepValue:
         return value_of(self.step, forwards_only=self.forwards_only)
 
-    def _task(self, draw: Draw | None) -> StepTask:
-        task = super()._task(draw)
+    def task(self, draw: Draw | None) -> StepTask:
+        task = super().task(draw)
         # a formula may be worth anything
         task.best_fitness, task.worst_fitness = math.inf, -math.inf
         return task

@@ -9,75 +9,11 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from sceann_hil.plugins import Misfit, RobotConfig, StartVariation, TaskConfig
-from sceann_hil.robot import EndReason, Results
-from sceann_hil.robot.task import Task
+from sceann_hil.robot import Results
+from sceann_hil.tasks.reaching import ReachTarget
 
 BEST_SCORE = 9
 """What a person can say at most."""
-
-
-class GoalReach(Task):
-    """One trial per initial heading; fitness of a trial is 1 - steps / max_steps, and 0 if the goal was not reached.
-
-    Args:
-        max_steps: a trial ends after this many steps.
-        start_m: where the robot is put, x and y.
-        headings_deg: one trial for each, counter-clockwise from the x axis.
-        goal_by_operator: a person says when the goal is reached.
-        score_by_operator: a person says after each trial how good it was; a ninth of that is its fitness.
-        success_score: from this score on a trial is a success.
-    """
-
-    name = "goal_reach"
-    start_fields = ("x_m", "y_m", "heading_rad")
-    best_fitness = 1.0
-
-    def __init__(
-        self,
-        max_steps: int,
-        start_m: tuple[float, float],
-        headings_deg: tuple[float, ...],
-        goal_by_operator: bool = False,
-        score_by_operator: bool = False,
-        success_score: int = BEST_SCORE,
-    ) -> None:
-        self.max_steps = max_steps
-        self.goal_by_operator = goal_by_operator
-        self.score_by_operator = score_by_operator
-        self._success_score = success_score
-        headings = np.deg2rad(headings_deg)
-        headings = (headings + np.pi) % (2.0 * np.pi) - np.pi
-        self._starts = np.column_stack(
-            [np.full_like(headings, start_m[0]), np.full_like(headings, start_m[1]), headings]
-        )
-
-    @property
-    def starts(self) -> NDArray[np.float64]:
-        return self._starts
-
-    def fitness(self, results: Results) -> NDArray[np.float64]:
-        if self.score_by_operator:
-            return self._scores(results) / BEST_SCORE
-        return np.where(self.succeeded(results), 1.0 - results.steps / self.max_steps, 0.0)
-
-    def succeeded(self, results: Results) -> NDArray[np.bool_]:
-        if self.score_by_operator:
-            return np.asarray((self._scores(results) >= self._success_score) & results.counts)
-        return np.asarray(results.end_reasons == EndReason.GOAL)
-
-    @staticmethod
-    def _scores(results: Results) -> NDArray[np.float64]:
-        if results.values is None and results.counts.any():
-            raise ValueError("results: expected the operator's score of every trial")
-        return np.full(len(results), np.nan) if results.values is None else results.values
-
-    def instruction(self, trial: int) -> str:
-        x_m, y_m, heading_rad = self.starts[trial].tolist()
-        heading_deg = round(np.rad2deg(heading_rad)) % 360
-        return (
-            f"Put the robot {100 * x_m:.1f} cm from the left and {100 * y_m:.1f} cm from the lower wall, "
-            f"heading {heading_deg}° (0° is right, 90° is up)."
-        )
 
 
 class GoalReachConfig(TaskConfig):
@@ -114,16 +50,39 @@ class GoalReachConfig(TaskConfig):
         return StartVariation("initial headings turned by", "degrees", turns, changes)
 
     def build(self) -> GoalReach:
-        return GoalReach(
-            self.max_steps,
-            self.start_m,
-            self.headings_deg,
-            self.goal_by_operator,
-            self.score_by_operator,
-            self.success_score,
-        )
+        return GoalReach(self)
 
     def check(self, robot: RobotConfig) -> None:
         refusal = robot.refuses_start({"x_m": self.start_m[0], "y_m": self.start_m[1], "heading_rad": 0.0})
         if refusal:
             raise Misfit(f"start_m: {refusal}", "task.start_m")
+
+
+class GoalReach(ReachTarget):
+    """One trial per initial heading. Where a person says how good it was, a ninth of the score is a trial's fitness.
+
+    Args:
+        config: its settings.
+    """
+
+    name = "goal_reach"
+
+    def __init__(self, config: GoalReachConfig = GoalReachConfig()) -> None:  # noqa: B008
+        starts = tuple((*config.start_m, heading) for heading in config.headings_deg)
+        super().__init__(config.max_steps, starts, config.goal_by_operator)
+        self.score_by_operator = config.score_by_operator
+        self._success_score = config.success_score
+
+    def fitness(self, results: Results) -> NDArray[np.float64]:
+        return self._scores(results) / BEST_SCORE if self.score_by_operator else super().fitness(results)
+
+    def succeeded(self, results: Results) -> NDArray[np.bool_]:
+        if self.score_by_operator:
+            return np.asarray((self._scores(results) >= self._success_score) & results.counts)
+        return super().succeeded(results)
+
+    @staticmethod
+    def _scores(results: Results) -> NDArray[np.float64]:
+        if results.values is None and results.counts.any():
+            raise ValueError("results: expected the operator's score of every trial")
+        return np.full(len(results), np.nan) if results.values is None else results.values

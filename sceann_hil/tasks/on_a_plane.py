@@ -1,38 +1,31 @@
-"""What the shipped tasks of two-wheeled robots share: starts, a value for each step, and which sensors it is about."""
+"""What the shipped tasks of two-wheeled robots share: a value for each step, and which sensors it is about."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from sceann_hil.plugins import Misfit, RobotConfig, StartVariation, TaskConfig
+from sceann_hil.plugins import Misfit, RobotConfig
 from sceann_hil.robot.step_task import StepTask
 from sceann_hil.robot.step_value import StepValue
-from sceann_hil.tasks.drawn_starts import Draw, StartsDrawn, drawing, needs_no_robot
-from sceann_hil.tasks.starts import START_FIELDS, Starts, as_rows, instruction, refuse_occupied, turned
+from sceann_hil.tasks.drawn_starts import Draw
+from sceann_hil.tasks.several_starts import TaskOnAPlane
+from sceann_hil.tasks.starts import START_FIELDS, as_rows, instruction
 
 SensorNumbers = Annotated[tuple[Annotated[int, Field(ge=0, le=63)], ...], Field(max_length=64)]
 
 
-class StepTaskOnAPlane(TaskConfig):
+class StepTaskOnAPlane(TaskOnAPlane):
     """A task whose fitness is the mean value of a trial's steps, for a robot with two wheels.
 
     Motor values are 0..1 with 0.5 at rest, as a `world` of the differential drive has them, or with 0 at rest (see
     `forwards_only` of the tasks that are about speed).
     """
 
-    usual_robot: ClassVar[str] = "diffdrive"
-
-    max_steps: Annotated[int, Field(ge=1, le=65_535)] = 400
-    """Steps of a trial."""
-    starts: Starts
-    """One trial for each: x and y in metres, heading in degrees."""
-    starts_drawn: StartsDrawn | None = None
-    """Draw the start of every trial from these ranges instead; there are as many trials as `starts` has rows."""
     success: Annotated[float, Field(ge=0.0, le=1.0)]
     """A trial that is worth more than this counts as a success."""
     whole_trials: bool = False
@@ -47,14 +40,7 @@ class StepTaskOnAPlane(TaskConfig):
         """Numbers of sensors by the keys that name them."""
         return {}
 
-    def build(self) -> StepTask:
-        needs_no_robot(self.starts_drawn)
-        return self._task(None)
-
-    def build_for(self, robot: RobotConfig) -> StepTask:
-        return self._task(drawing(self.starts_drawn, robot))
-
-    def _task(self, draw: Draw | None) -> StepTask:
+    def task(self, draw: Draw | None) -> StepTask:
         return StepTask(
             value=self.value(),
             combine="mean_of_all" if self.whole_trials else "mean",
@@ -88,14 +74,4 @@ class StepTaskOnAPlane(TaskConfig):
                         f"got {number}",
                         f"task.{key}",
                     )
-        if self.starts_drawn is None:
-            refuse_occupied(robot, self.starts)
-        else:
-            self.starts_drawn.check(robot)
-
-    def other_starts(self) -> StartVariation | None:
-        if self.starts_drawn is not None:
-            return None
-        turns = (0.0, 10.0, 20.0, 30.0, 45.0, 90.0)
-        changes = tuple({"starts": [list(start) for start in turned(self.starts, turn)]} for turn in turns)
-        return StartVariation("initial headings turned by", "degrees", turns, changes)
+        super().check(robot)

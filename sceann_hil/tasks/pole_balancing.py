@@ -13,40 +13,6 @@ from sceann_hil.robot import EndReason, Results
 from sceann_hil.robot.task import Task
 
 
-class PoleBalancing(Task):
-    """One trial from a slightly tilted pole; fitness is the number of steps balanced.
-
-    Args:
-        max_steps: a trial that lasts this long is a success.
-        start_angle_deg: the pole's initial angle; everything else starts at 0.
-    """
-
-    name = "pole_balancing"
-    start_fields = ("x_m", "velocity_m_s", "angle_rad", "angular_velocity_rad_s")
-
-    def __init__(self, max_steps: int, start_angle_deg: float) -> None:
-        self.max_steps = max_steps
-        self.best_fitness = float(max_steps)
-        self._starts = np.array([[0.0, 0.0, np.deg2rad(start_angle_deg), 0.0]])
-
-    @property
-    def starts(self) -> NDArray[np.float64]:
-        return self._starts
-
-    def fitness(self, results: Results) -> NDArray[np.float64]:
-        # the step in which the pole or the cart went over is not one in which it was balanced
-        return np.where(self.succeeded(results), results.steps, results.steps - 1).astype(np.float64)
-
-    def succeeded(self, results: Results) -> NDArray[np.bool_]:
-        return np.asarray(results.end_reasons == EndReason.TIME_UP)
-
-    def instruction(self, trial: int) -> str:
-        angle_deg = np.rad2deg(self._starts[trial, 2])
-        return (
-            f"Put the cart in the middle of its track, at rest, and hold the pole at {angle_deg:+.1f}° (to the right)."
-        )
-
-
 class PoleBalancingConfig(TaskConfig):
     """Balance a pole on a cart for as long as possible, in one deterministic trial."""
 
@@ -65,4 +31,37 @@ class PoleBalancingConfig(TaskConfig):
         return StartVariation("initial angle", "degrees", levels, changes)
 
     def build(self) -> PoleBalancing:
-        return PoleBalancing(self.max_steps, self.start_angle_deg)
+        return PoleBalancing(self)
+
+
+class PoleBalancing(Task):
+    """One trial from a slightly tilted pole; fitness is the number of steps balanced.
+
+    Args:
+        config: its settings; a trial that lasts all its steps is a success.
+    """
+
+    name = "pole_balancing"
+    start_fields = ("x_m", "velocity_m_s", "angle_rad", "angular_velocity_rad_s")
+
+    def __init__(self, config: PoleBalancingConfig = PoleBalancingConfig()) -> None:  # noqa: B008
+        self.max_steps = config.max_steps
+        self.best_fitness = float(config.max_steps)
+        self._starts = np.array([[0.0, 0.0, np.deg2rad(config.start_angle_deg), 0.0]])
+
+    @property
+    def starts(self) -> NDArray[np.float64]:
+        return self._starts
+
+    def fitness(self, results: Results) -> NDArray[np.float64]:
+        # the step in which the pole or the cart went over is not one in which it was balanced
+        return np.where(self.succeeded(results), results.steps, results.steps - 1).astype(np.float64)
+
+    def succeeded(self, results: Results) -> NDArray[np.bool_]:
+        return np.asarray(results.end_reasons == EndReason.TIME_UP)
+
+    def instruction(self, trial: int) -> str:
+        angle_deg = np.rad2deg(self._starts[trial, 2])
+        return (
+            f"Put the cart in the middle of its track, at rest, and hold the pole at {angle_deg:+.1f}° (to the right)."
+        )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -12,31 +13,22 @@ from sceann_hil.robot.step_value import Floats, max_of, min_of
 
 def strongest(numbers: Sequence[int]) -> Callable[[Floats], float]:
     """The largest reading of these sensors; of all if there are no numbers."""
-    chosen = np.array(numbers, np.int64)
-    if not len(chosen):
-        return max_of
-
-    @compiled_part
-    def largest(sensors: Floats) -> float:
-        most = 0.0
-        for number in chosen:
-            most = max(most, sensors[number])
-        return float(most)
-
-    return largest
+    return _extreme(numbers, max, 0.0) if numbers else max_of
 
 
 def weakest(numbers: Sequence[int]) -> Callable[[Floats], float]:
     """The smallest reading of these sensors; of all if there are no numbers."""
+    return _extreme(numbers, min, 1.0) if numbers else min_of
+
+
+def _extreme(numbers: Sequence[int], of_two: Callable[..., Any], first: float) -> Callable[[Floats], float]:
     chosen = np.array(numbers, np.int64)
-    if not len(chosen):
-        return min_of
 
     @compiled_part
-    def smallest(sensors: Floats) -> float:
-        least = 1.0
+    def extreme(sensors: Floats) -> float:
+        found = first
         for number in chosen:
-            least = min(least, sensors[number])
-        return float(least)
+            found = of_two(found, sensors[number])
+        return float(found)
 
-    return smallest
+    return extreme

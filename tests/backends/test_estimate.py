@@ -17,13 +17,13 @@ from sceann_hil.network.phenotype import Phenotype
 from sceann_hil.robot import NOT_IDENTIFIABLE, Estimated, GapEstimate, Trace
 from sceann_hil.robot.task import Task
 from sceann_hil.run.batch import BatchEvaluator
-from sceann_hil.tasks.goal_reach import GoalReach
-from sceann_hil.tasks.pole_balancing import PoleBalancing
+from sceann_hil.tasks.goal_reach import GoalReach, GoalReachConfig
+from sceann_hil.tasks.pole_balancing import PoleBalancing, PoleBalancingConfig
 
 POLE = Phenotype(Coding.SCEANN3, NetworkSize(2, 3, 1), Dynamics())
-POLE_TASK = PoleBalancing(300, 4.0)
+POLE_TASK = PoleBalancing(PoleBalancingConfig(max_steps=300, start_angle_deg=4.0))
 DRIVE = Phenotype(Coding.SCEANN3, NetworkSize(3, 2, 2), Dynamics())
-DRIVE_TASK = GoalReach(100, (0.03, 0.03), (0.0, 90.0, 180.0, 270.0))
+DRIVE_TASK = GoalReach(GoalReachConfig(max_steps=100, start_m=(0.03, 0.03), headings_deg=(0.0, 90.0, 180.0, 270.0)))
 
 
 def estimated(

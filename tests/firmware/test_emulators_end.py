@@ -15,8 +15,8 @@ STARTS = {
     "posix": "from sceann_hil.firmware.emulated.posix import PosixBoard as B; b = B(); pid = b.process.pid",
     "qemu": (
         "from sceann_hil.firmware.emulated.qemu import QemuBoard as B; from sceann_hil.firmware.build import Board; "
-        "import subprocess; b = B(Board.LM3S6965); keeper = b._process.keeper.pid; pid = ''\n"
-        "ask = ['pgrep', '-P', str(keeper)]\n"
+        "import subprocess; b = B(Board.LM3S6965); keeper = b.process.pid; pid = ''\n"
+        "ask = ['pgrep', '-P', str(keeper), 'qemu']\n"
         "while not pid: pid = subprocess.run(ask, capture_output=True, text=True).stdout.strip()"
     ),
 }

@@ -15,12 +15,12 @@ from sceann_hil.firmware.emulated.measure import with_header
 from sceann_hil.firmware.header import Optimize, c_header
 from sceann_hil.firmware.verify import random_sequences, verify
 from sceann_hil.link.framed_bus import LineBus
-from sceann_hil.link.messages import LinkEnd
+from sceann_hil.link.messages import LinkEnd, store_arguments
 from sceann_hil.link.onboard import run_onboard
 from sceann_hil.link.session import Refused, RobotLink
 from sceann_hil.link.trial import Order
 from sceann_hil.link.upload import upload_image
-from sceann_hil.link.vocabulary import Op, State, Status
+from sceann_hil.link.vocabulary import Op, State, Status, StoreAction
 from sceann_hil.network.controller import state_hash
 from sceann_hil.network.image import ControllerImage
 from tests.firmware.rig import an_image
@@ -120,6 +120,30 @@ class TestPico:
                 break
             assert found in (PICO_IMAGE.record_crc, other.record_crc)
         assert operation > 2
+
+    def test_a_champion_in_its_flash_runs_when_its_button_is_pressed(self) -> None:
+        with JavaScriptBoard(Board.PICO) as board:
+            link = on(board)
+            upload_image(link, an_image(n_sensors=2))
+            with pytest.raises(Refused) as refused:
+                link.request(Op.STORE, store_arguments(StoreAction.BUTTON, 0.05))
+            assert refused.value.status is Status.WRONG_SIZE
+            upload_image(link, PICO_IMAGE)
+            link.request(Op.STORE, store_arguments(StoreAction.BUTTON, 0.05))
+            stored = board.store
+            link.close()
+        with JavaScriptBoard(Board.PICO, store=stored) as board:
+            for channel, value in enumerate(SENSORS):
+                board.set_analogue(channel, value)
+            board.run(0.05)
+            assert board.motors == (0, 0)
+            for runs in (True, False):
+                board.set_pin(13, False)
+                board.run(0.06)
+                board.set_pin(13, True)
+                board.run(0.02)
+                assert (board.motors != (0, 0)) is runs
+                assert board.light or not runs
 
     def test_its_second_stage_is_what_its_source_gives(self) -> None:
         done = subprocess.run([sys.executable, ROOT / "tools" / "pico_boot2", "--check"], check=False)

@@ -54,7 +54,7 @@ def test_nothing_but_the_recordings_is_left(run: Path) -> None:
         [
             *(f"recording/trials/{n}" for n in numbers),
             *(f"recording/overview/{n}" for n in (*numbers, "start.rrd")),
-            *(f"recording/{n}" for n in ("lock", "run.rbl", "run.rrd", "scenery.rrd", "status.json")),
+            *(f"recording/{n}" for n in ("form", "lock", "run.rbl", "run.rrd", "scenery.rrd", "status.json")),
             *(f"recording/{n}" for n in ("table.rbl", "trial.rbl")),
         ]
     )
@@ -172,3 +172,19 @@ def test_a_folder_that_is_no_run_has_its_exit_code_and_no_traceback(tmp_path: Pa
     assert done.returncode == ExitCode.NOT_A_RUN
     assert "is not a run" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("form", [None, "1\n"])
+def test_recordings_of_another_form_are_drawn_again(form: str | None, run: Path) -> None:
+    record(run)
+    paths = RecordingPaths(run)
+    before = paths.generation(1).stat().st_ino
+    record(run)
+    assert paths.generation(1).stat().st_ino == before
+    paths.form.unlink()
+    if form is not None:
+        paths.form.write_text(form)
+    record(run)
+    assert paths.generation(1).stat().st_ino != before
+    assert counts(run) == {0: 12, 1: 12, 2: 12}
+    assert rrd.check(paths.run, "") == 1

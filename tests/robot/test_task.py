@@ -9,10 +9,10 @@ from sceann_hil.network.coding import Coding, NetworkSize
 from sceann_hil.network.controller import Dynamics
 from sceann_hil.network.phenotype import Phenotype
 from sceann_hil.robot import EndReason, Results, TrialVoid
-from sceann_hil.tasks.goal_reach import GoalReach
+from sceann_hil.tasks.goal_reach import GoalReach, GoalReachConfig
 
 PHENOTYPE = Phenotype(Coding.SCEANN3, NetworkSize(2, 1, 2), Dynamics())
-TASK = GoalReach(max_steps=50, start_m=(0.1, 0.2), headings_deg=(0.0, 90.0, 180.0))
+TASK = GoalReach(GoalReachConfig(max_steps=50, start_m=(0.1, 0.2), headings_deg=(0.0, 90.0, 180.0)))
 
 
 def _weights(n: int) -> np.ndarray:

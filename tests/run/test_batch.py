@@ -16,11 +16,12 @@ from sceann_hil.network.phenotype import Phenotype
 from sceann_hil.robot import EndReason, Results, RobotSpec, Trials, TrialVoid
 from sceann_hil.run import batch as module
 from sceann_hil.run.batch import BatchEvaluator
-from sceann_hil.tasks.goal_reach import GoalReach
-from sceann_hil.tasks.pole_balancing import PoleBalancing
+from sceann_hil.tasks.goal_reach import GoalReach, GoalReachConfig
+from sceann_hil.tasks.pole_balancing import PoleBalancing, PoleBalancingConfig
 
 PHENOTYPE = Phenotype(Coding.SCEANN3, NetworkSize(3, 2, 2), Dynamics())
-TASK = GoalReach(60, (0.03, 0.03), (0.0, 45.0, 90.0))
+SHORT_POLE = PoleBalancingConfig(max_steps=50, start_angle_deg=4.0)
+TASK = GoalReach(GoalReachConfig(max_steps=60, start_m=(0.03, 0.03), headings_deg=(0.0, 45.0, 90.0)))
 NOISE = np.random.default_rng(2).integers(0, 2**63, (9, 3), dtype=np.uint64)
 
 
@@ -79,7 +80,7 @@ def test_a_void_or_unknown_end_is_never_a_number(reason: int) -> None:
     robot = _Spoils()
     robot.reason = reason
     phenotype = Phenotype(Coding.SCEANN3, NetworkSize(2, 1, 1), Dynamics())
-    evaluator = BatchEvaluator(phenotype, PoleBalancing(50, 4.0), robot)
+    evaluator = BatchEvaluator(phenotype, PoleBalancing(SHORT_POLE), robot)
     some = np.zeros((5, phenotype.genome_length), np.uint8)
     for call in (evaluator.evaluate, evaluator.trace):
         with pytest.raises(TrialVoid, match="no result"):
@@ -92,7 +93,7 @@ def test_a_fitness_that_is_no_number_is_refused() -> None:
             return np.where(np.arange(len(results)) == 3, np.nan, super().fitness(results))
 
     phenotype = Phenotype(Coding.SCEANN3, NetworkSize(2, 1, 1), Dynamics())
-    evaluator = BatchEvaluator(phenotype, _Spoilt(50, 4.0), CartPole())
+    evaluator = BatchEvaluator(phenotype, _Spoilt(SHORT_POLE), CartPole())
     with pytest.raises(TrialVoid, match="trial 3 of 5 has the fitness nan"):
         evaluator.evaluate(np.zeros((5, phenotype.genome_length), np.uint8))
 

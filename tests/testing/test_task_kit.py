@@ -58,7 +58,7 @@ class _Config(TaskConfig):
     kind: Any = None
 
     def build(self) -> Task:
-        task: Task = self.kind(max_steps=100, start_angle_deg=1.0)
+        task: Task = self.kind(PoleBalancingConfig(max_steps=100, start_angle_deg=1.0))
         return task
 
 

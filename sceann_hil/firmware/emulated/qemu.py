@@ -7,14 +7,18 @@ a host says HELLO again when nothing comes.
 from __future__ import annotations
 
 import socket
+import subprocess
+import sys
 from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+from sceann_hil.errors import ToolMissing
 from sceann_hil.firmware.build import Board, build_board, find_tool
 from sceann_hil.firmware.emulated.sockets import SocketLine
-from sceann_hil.guarded import GuardedProcess
+from sceann_hil.guarded import guarded
 
 MACHINES = {Board.LM3S6965: "lm3s6965evb", Board.STM32F405: "netduinoplus2", Board.MICROBIT: "microbit"}
 EEPROM_BYTES = 4096
@@ -38,6 +42,7 @@ class QemuBoard:
 
     Attributes:
         line: the host's end of its UART.
+        process: ends with QEMU, and QEMU with it (see `sceann_hil.guarded`).
 
     Args:
         board: one of `MACHINES`.
@@ -60,16 +65,21 @@ class QemuBoard:
                 eeprom.write_bytes(b"\xff" * EEPROM_BYTES)
             arguments += ["-drive", f"if=none,id=store,format=raw,file={eeprom}"]
             arguments += ["-device", f"at24c-eeprom,address=0x50,rom-size={EEPROM_BYTES},drive=store"]
+        if sys.platform == "win32":
+            raise ToolMissing("Emulated boards need a POSIX system.", "Use Linux, or a board of your own.")
         host, chip = socket.socketpair()
         arguments += ["-chardev", f"socket,id=line,fd={chip.fileno()}", "-serial", "chardev:line"]
         self.line = SocketLine(host)
         command = qemu_command(board, image or build_board(board), arguments)
-        self._process = GuardedProcess(command, pass_fds=[chip.fileno()])
-        chip.close()
+        self._switched_on = ExitStack()
+        with chip:
+            self.process = self._switched_on.enter_context(
+                guarded(command, subprocess.DEVNULL, pass_fds=[chip.fileno()])
+            )
 
     def close(self) -> None:
         """Switches the board off."""
-        self._process.end()
+        self._switched_on.close()
         self.line.close()
 
     def __enter__(self) -> Self:

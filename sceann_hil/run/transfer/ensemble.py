@@ -173,7 +173,23 @@ def check_scale(task: Task) -> None:
         raise ConfigError(
             f"task {task.name}: expected worst_fitness < best_fitness, both finite, got {task.worst_fitness:g} and "
             f"{task.best_fitness:g}: simulated and measured trials need one scale.",
-            "Nothing was started. Give the task bounds of its fitness.",
+            "Nothing was started. Give the task bounds of its fitness (task episode_return: keys worst and best).",
+        )
+
+
+def check_some_success(ensemble: Ensemble, task: Task) -> None:
+    """Refuse an ensemble in which everything fails: it says nothing of which candidate to try.
+
+    Raises:
+        ConfigError: no trial in it was worth more than the worst there is.
+    """
+    if float(ensemble.fitness.max()) <= task.worst_fitness:
+        robots, candidates, starts = ensemble.fitness.shape
+        raise ConfigError(
+            f"Every candidate fails in every simulated robot: {robots * candidates * starts:,} trials, all of fitness "
+            f"{task.worst_fitness:g}. They do not say which one to try on the robot.",
+            "Nothing was started. What may help: better candidates (--from, --evolve), another controller (n_hidden, "
+            "neuron), robots that differ less (uncertainty.keys), or an easier task.",
         )
 
 

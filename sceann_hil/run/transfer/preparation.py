@@ -17,7 +17,17 @@ from sceann_hil.plugins import RobotConfig, TaskConfig
 from sceann_hil.registry import Group
 from sceann_hil.robot.task import Task
 from sceann_hil.run.transfer import candidates as pool
-from sceann_hil.run.transfer.ensemble import Compute, Ensemble, Report, World, check_scale, here, make_ensemble, silent
+from sceann_hil.run.transfer.ensemble import (
+    Compute,
+    Ensemble,
+    Report,
+    World,
+    check_scale,
+    check_some_success,
+    here,
+    make_ensemble,
+    silent,
+)
 from sceann_hil.run.transfer.model import Model
 from sceann_hil.run.transfer.robots import draw_robots
 from sceann_hil.run.transfer.sources import body_of, read_source
@@ -138,6 +148,7 @@ class Preparation:
         if key not in self._prepared:
             task = self.world.task
             ensemble = make_ensemble(self.world, candidates, self.report, self.compute)
+            check_some_success(ensemble, task)
             self._prepared = {key: Prepared(ensemble, task.best_fitness - task.worst_fitness)}
         return self._prepared[key]
 

@@ -98,7 +98,7 @@ def test_the_conclusion_and_a_further_transfer(source: Path, robot: Path, tmp_pa
 def test_when_nobody_succeeds_it_says_so_and_claims_nothing(small: ExperimentConfig, tmp_path: Path) -> None:
     config = small.with_changes(
         {
-            "task": {"type": "goal_reach", "headings_deg": [0.0, 90.0], "max_steps": 3},
+            "task": {"type": "goal_reach", "headings_deg": [0.0, 90.0], "max_steps": 45},
             "algorithm": {"type": "transfer", "trials": 20, "evolve": 1, "candidates": 30},
         }
     )
@@ -143,6 +143,20 @@ def test_a_task_that_cannot_be_compared_is_refused(best: int, task: str, told: s
     with pytest.raises(ConfigError, match=told) as caught:
         config.algorithm.prepare(config)
     assert caught.value.hint.startswith("Nothing was started.")
+
+
+def test_an_ensemble_in_which_everything_fails_is_refused(small: ExperimentConfig, tmp_path: Path) -> None:
+    config = small.with_changes(
+        {
+            "task": {"type": "goal_reach", "headings_deg": [0.0, 90.0], "max_steps": 3},
+            "algorithm": {"type": "transfer", "evolve": 1, "candidates": 30},
+        }
+    )
+    with pytest.raises(
+        ConfigError, match=r"Every candidate fails in every simulated robot: 1,200 trials, all of"
+    ) as told:
+        config.algorithm.prepare(config)
+    assert told.value.hint.startswith("Nothing was started.")
 
 
 def test_a_run_of_another_algorithm_is_no_transfer(source: Path) -> None:

@@ -14,10 +14,10 @@ from sceann_hil.network.phenotype import Phenotype
 from sceann_hil.run.measuring import simulate
 from sceann_hil.study.gap import GapReport, Spread
 from sceann_hil.supervision.drift import Drift
-from sceann_hil.tasks.pole_balancing import PoleBalancing
+from sceann_hil.tasks.pole_balancing import PoleBalancing, PoleBalancingConfig
 
 PHENOTYPE = Phenotype(Coding.SCEANN3, NetworkSize(2, 3, 1), Dynamics())
-TASK = PoleBalancing(300, 4.0)
+TASK = PoleBalancing(PoleBalancingConfig(max_steps=300, start_angle_deg=4.0))
 
 
 def genomes(n: int) -> np.ndarray:  # type: ignore[type-arg]
