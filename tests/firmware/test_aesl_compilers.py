@@ -6,7 +6,6 @@ import os
 import socket
 import struct
 import subprocess
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,33 +14,13 @@ import pytest
 
 from sceann_hil.firmware.aesl.document import aesl_document
 from sceann_hil.firmware.aesl.program import Life, Senses, network_code
-from sceann_hil.firmware.aesl.target import NATIVES, THYMIO
+from sceann_hil.firmware.aesl.target import THYMIO
 from sceann_hil.network.coding import Coding, NetworkSize
 from sceann_hil.network.controller import Dynamics, Neuron
 from sceann_hil.network.image import ControllerImage
+from tests.backends.thymio.strange import description, words
 from tests.firmware.aseba_vm import Machine
 from tests.firmware.networks import random_sensors
-
-
-def _string(text: str) -> bytes:
-    return bytes([len(text)]) + text.encode()
-
-
-def _words(*values: int) -> bytes:
-    return struct.pack(f"<{len(values)}H", *(value & 0xFFFF for value in values))
-
-
-def _description() -> Iterator[tuple[int, bytes]]:
-    counts = len(THYMIO.variables), len(THYMIO.local_events), len(THYMIO.functions)
-    yield 0x9000, _string(THYMIO.name) + _words(5, THYMIO.bytecode_words, 32, THYMIO.variable_words, *counts)
-    for name, length in THYMIO.variables.items():
-        yield 0x9001, _words(length) + _string(name)
-    for name in THYMIO.local_events:
-        yield 0x9002, _string(name) + _string("")
-    for name in THYMIO.functions:
-        lengths = NATIVES.get(name, ())
-        arguments = b"".join(_words(length) + _string(f"a{k}") for k, length in enumerate(lengths))
-        yield 0x9003, _string(name) + _string("") + _words(len(lengths)) + arguments
 
 
 def _with_a_locale(folder: Path) -> dict[str, str]:
@@ -63,7 +42,7 @@ def their_words(path: Path) -> tuple[int, ...]:
             stderr=subprocess.STDOUT,
             env=_with_a_locale(path.parent),
         )
-        words: dict[int, int] = {}
+        theirs: dict[int, int] = {}
         try:
             line, _ = server.accept()
             line.settimeout(60.0)
@@ -72,20 +51,20 @@ def their_words(path: Path) -> tuple[int, ...]:
                     length, _, kind = struct.unpack("<3H", header)
                     content = heard.read(length)
                     if kind == 0xA011:
-                        line.sendall(struct.pack("<3H", 2, 1, 0x900C) + _words(5))
+                        line.sendall(struct.pack("<3H", 2, 1, 0x900C) + words(5))
                     elif kind in (0xA000, 0xA010):
-                        for told, payload in _description():
+                        for told, payload in description():
                             line.sendall(struct.pack("<3H", len(payload), 1, told) + payload)
                     elif kind == 0xA001:
                         _, at, *part = struct.unpack(f"<{length // 2}H", content)
-                        words |= {at + k: word for k, word in enumerate(part)}
+                        theirs |= {at + k: word for k, word in enumerate(part)}
                     elif kind == 0xA003:
                         break
         finally:
             loader.kill()
             said = loader.communicate()[0].decode(errors="replace")
-    assert words, said
-    return tuple(words[at] for at in range(len(words)))
+    assert theirs, said
+    return tuple(theirs[at] for at in range(len(theirs)))
 
 
 @pytest.mark.parametrize("neuron", Neuron)
