@@ -23,3 +23,15 @@ def make_folder(path: Path) -> Path:
         reason = (error.strerror if isinstance(error, OSError) else None) or str(error)
         raise CannotWrite(f"{path}: no folder can be made there: {reason}.", "Choose another place.") from error
     return path
+
+
+def lacking(folder: Path, lack: str) -> str:
+    """What is wrong with a place where a folder with something in it was expected, as the end of a sentence.
+
+    Args:
+        folder: the place.
+        lack: what to say of a folder.
+    """
+    if folder.is_dir():
+        return lack
+    return "is a file, not a folder" if folder.exists() else "does not exist"

@@ -21,6 +21,7 @@ from pydantic import BaseModel, ConfigDict
 if TYPE_CHECKING:
     from sceann_hil.config import ExperimentConfig
     from sceann_hil.evolution.algorithm import Algorithm
+    from sceann_hil.firmware.aesl.program import Life
     from sceann_hil.robot import Robot, RobotSpec
     from sceann_hil.robot.task import Task
 
@@ -105,6 +106,11 @@ class RobotConfig(PluginConfig):
     def simulated(self) -> RobotConfig | None:
         """The simulated robot with the same body: itself if it is one; None if nobody has described it."""
         return self if self.spec.deterministic else None
+
+    @property
+    def aesl_life(self) -> Life | None:
+        """How a controller of this robot lives in Aseba's virtual machine; None if nobody has said so."""
+        return None
 
     def refuses_start(self, start: Mapping[str, float]) -> str:
         """Why no trial can begin there: outside of the arena, in an obstacle; empty if one can.

@@ -108,6 +108,7 @@ class Infrared:
             evenly to 0 at the range.
         half_width_rad: half of its opening.
         rays: how many lines stand for that opening; the reading is their mean.
+        ray_responses: instead of `response` a curve for each ray; the reading is their sum.
     """
 
     at_m: tuple[float, float]
@@ -116,6 +117,7 @@ class Infrared:
     response: tuple[float, ...] | None = None
     half_width_rad: float = 0.0
     rays: int = 1
+    ray_responses: tuple[tuple[float, ...], ...] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -262,14 +264,15 @@ def _rays(sensors: tuple[Infrared, ...]) -> tuple[list[tuple[float, ...]], list[
     rays: list[tuple[float, ...]] = []
     responses: list[tuple[float, ...]] = []
     for number, sensor in enumerate(sensors):
-        if sensor.response is not None and sensor.response not in responses:
-            responses.append(sensor.response)
+        curves = sensor.ray_responses or (sensor.response,) * sensor.rays
+        weight = 1.0 if sensor.ray_responses else 1.0 / sensor.rays
+        responses += [curve for curve in dict.fromkeys(curves) if curve is not None and curve not in responses]
         # each ray stands in the middle of an equal part of the opening
         parts = (np.arange(sensor.rays) + 0.5) / sensor.rays * 2.0 - 1.0
-        for part in parts.tolist():
+        for part, curve in zip(parts.tolist(), curves, strict=True):
             direction = _unit(sensor.direction_rad + part * sensor.half_width_rad)
-            which = -1 if sensor.response is None else responses.index(sensor.response) * NODES
-            rays.append((number, 1.0 / sensor.rays, *sensor.at_m, *direction, sensor.range_m, which))
+            which = -1 if curve is None else responses.index(curve) * NODES
+            rays.append((number, weight, *sensor.at_m, *direction, sensor.range_m, which))
     return rays, responses
 
 

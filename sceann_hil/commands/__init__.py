@@ -64,7 +64,10 @@ COMMANDS: dict[str, Entry] = {
     ),
     "replay": Entry(Topic.LOOK, "inspect", "Run a journalled trial again and prove that it gives the same bits."),
     "record": Entry(
-        Topic.LOOK, "observe", "Make the recordings of a run that are missing or damaged, from its journal."
+        Topic.LOOK,
+        "observe",
+        "Make the recordings of a run that are missing or damaged, from its journal; wait for whoever makes them "
+        "already.",
     ),
     "check": Entry(
         Topic.LOOK,
@@ -93,7 +96,11 @@ COMMANDS: dict[str, Entry] = {
         "Run one genome again and again: how its fitness scatters, and how many repeats tell two genomes apart.",
     ),
     "drift": Entry(Topic.ROBOT, "gap", "Show the reference genome's fitness over a run, and whether the robot drifts."),
-    "export": Entry(Topic.CONTROLLER, "firmware", "Write a controller as one self-contained C header."),
+    "export": Entry(
+        Topic.CONTROLLER,
+        "firmware",
+        "Write a controller as one self-contained C header, or as a program for a Thymio II.",
+    ),
     "flash": Entry(Topic.CONTROLLER, "firmware", "Put a controller on a board, and say what is then on it."),
     "verify": Entry(
         Topic.CONTROLLER,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from enum import StrEnum
 from itertools import chain
 from pathlib import Path
 from typing import Annotated
@@ -14,8 +15,10 @@ from rich.console import Console
 from rich.progress import Progress
 
 from sceann_hil.commands.arguments import AsJson, Genome, RunDirectory, print_json
+from sceann_hil.commands.thymio import aesl_of, flash_thymio, verify_thymio
+from sceann_hil.config.journalled import journalled_config
 from sceann_hil.errors import FirmwareBuildFailed, RobotUnreachable, VerifyDiffers
-from sceann_hil.firmware.build import Board, board_named
+from sceann_hil.firmware.build import THYMIO, Board, board_named
 from sceann_hil.firmware.flash import OnRobot, Unplugged, flash, flash_genome, handshake, opened
 from sceann_hil.firmware.flash_plan import UPLOAD_BAUDS, plan_flash, upload_firmware
 from sceann_hil.firmware.from_run import load_image, recorded_sensors
@@ -32,12 +35,21 @@ from sceann_hil.robot import LinkError
 
 BoardName = Annotated[
     str | None,
-    typer.Option("--board", help=f"One of {', '.join(board.value for board in Board)}.", show_default=False),
+    typer.Option(
+        "--board", help=f"One of {', '.join((*(board.value for board in Board), THYMIO))}.", show_default=False
+    ),
 ]
 Node = Annotated[int, typer.Option("--node", min=1, max=127, help="Which robot on the bus.")]
 Port = Annotated[str | None, typer.Option("--port", help="Serial port or pyserial URL.", show_default=False)]
 Baud = Annotated[int, typer.Option("--baud", help="Its speed.")]
 Name = Annotated[str, typer.Option("--name", help="Prefix of everything in the header, a C identifier.")]
+
+
+class Language(StrEnum):
+    """What a controller is written in."""
+
+    C = "c"
+    AESL = "aesl"
 
 
 def register(app: typer.Typer) -> None:
@@ -54,14 +66,22 @@ def export(
     output: Annotated[Path | None, typer.Option("-o", "--output", help="File; standard output without it.")] = None,
     name: Name = "controller",
     optimize: Annotated[Optimize, typer.Option("--optimize", help="What the code saves.")] = Optimize.SPEED,
+    language: Annotated[
+        Language, typer.Option("--language", help="c: a header. aesl: a program for a Thymio II.")
+    ] = Language.C,
 ) -> None:
-    """Write a controller as one self-contained C header.
+    """Write a controller as one self-contained C header, or as a program for a Thymio II.
 
     Example: sceann export runs/first --name walker -o walker.h
     """
     checked_name(name)
-    image = load_image(JournalReader(directory), genome, f"--name {name} --optimize {optimize.value}", _note)
-    text = c_header(image, name, optimize)
+    reader = JournalReader(directory)
+    if language is Language.AESL:
+        image = load_image(reader, genome, "--language aesl", _note)
+        text = aesl_of(image, journalled_config(reader).robot)
+    else:
+        image = load_image(reader, genome, f"--name {name} --optimize {optimize.value}", _note)
+        text = c_header(image, name, optimize)
     if output is None:
         typer.echo(text, nl=False)
     else:
@@ -106,6 +126,13 @@ def flash_board(
         raise typer.BadParameter("give one of --header-only, --build-only, --dry-run, --genome-only")
     if on_button and autorun is None:
         raise typer.BadParameter("--on-button: expected --autorun MS beside it, the control period")
+    if board == THYMIO:
+        if autorun is not None or header_only or build_only or dry_run or genome_only:
+            raise typer.BadParameter("--board thymio: expected --genome and --port only; its button starts it")
+        reader = JournalReader(directory)
+        image = load_image(reader, genome, note=_note)
+        _tell(console, flash_thymio(image, journalled_config(reader).robot, port or the_only_port()))
+        return
     unplugged = Unplugged()
     if autorun is not None:
         unplugged = Unplugged(StoreAction.BUTTON if on_button else StoreAction.AUTORUN, autorun / 1000.0)
@@ -140,7 +167,7 @@ def _note(text: str) -> None:
     typer.echo(f"note: {text}", err=True)
 
 
-def _tell(console: Console, on_robot: OnRobot) -> None:
+def _tell(console: Console, on_robot: OnRobot | str) -> None:
     console.print(f"now on the robot: {on_robot}", markup=False)
 
 
@@ -151,7 +178,10 @@ def verify_board(
     port: Port = None,
     baud: Baud = BAUD,
     node: Node = 1,
-    sequences: Annotated[int, typer.Option("--sequences", min=1, help="Random sensor sequences.")] = 1000,
+    sequences: Annotated[
+        int | None,
+        typer.Option("--sequences", min=1, help="Random sensor sequences.", show_default="1000; 120 on a Thymio"),
+    ] = None,
     steps: Annotated[int, typer.Option("--steps", min=1, max=65535, help="Control steps in each.")] = 20,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of the random sequences.")] = 0,
     as_json: AsJson = False,
@@ -165,15 +195,25 @@ def verify_board(
     """
     if board is None and port is None:
         raise typer.BadParameter("expected --port (a robot) or --board (to be emulated)")
-    kind = board_named(board) if board is not None else None
+    kind = board_named(board) if board not in (None, THYMIO) else None
     reader = JournalReader(directory)
     image, recorded = load_image(reader, genome, note=_note), recorded_sensors(reader, genome)
-    generated = random_sequences(np.random.default_rng(seed), sequences, steps, image.size.n_sensors)
-    place = port or f"the emulated {board}"
-    with Progress(transient=True, disable=as_json) as progress, _link(kind, port, baud, node) as link:
-        bar = progress.add_task(f"verifying on {place}", total=sequences + len(recorded))
+    count = sequences or (120 if board == THYMIO else 1000)
+    generated = random_sequences(np.random.default_rng(seed), count, steps, image.size.n_sensors)
+    everything = chain(recorded, generated)
+    place = port or f"the {'simulated' if board == THYMIO else 'emulated'} {board}"
+    with Progress(transient=True, disable=as_json) as progress:
+        bar = progress.add_task(f"verifying on {place}", total=count + len(recorded))
+
+        def done(number: int) -> None:
+            progress.update(bar, completed=number)
+
         try:
-            result = verify(link, image, chain(recorded, generated), place, lambda n: progress.update(bar, completed=n))
+            if board == THYMIO:
+                result = verify_thymio(image, journalled_config(reader).robot, port, everything, done)
+            else:
+                with _link(kind, port, baud, node) as link:
+                    result = verify(link, image, everything, place, done)
         except LinkError as error:
             raise RobotUnreachable(f"{place}: {error}.", "Check power, cable and port, then verify again.") from None
     if as_json:

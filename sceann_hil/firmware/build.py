@@ -41,6 +41,10 @@ class Board(StrEnum):
     """QEMU's lm3s6965evb, with an I2C EEPROM."""
 
 
+THYMIO = "thymio"
+"""A robot instead of a board: it has firmware of its own, and runs our programs (`sceann_hil.firmware.aesl`)."""
+
+
 @dataclass(frozen=True, slots=True)
 class Toolchain:
     """A compiler, how it is called for one chip, and where a user gets it.
@@ -120,7 +124,7 @@ def board_named(name: str) -> Board:
     try:
         return Board(name)
     except ValueError:
-        known = ", ".join(board.value for board in Board)
+        known = ", ".join((*(board.value for board in Board), THYMIO))
         raise ToolMissing(
             f"board: expected one of {known}; got {name!r}.",
             "firmware/README.md tells how to write a port for another board.",

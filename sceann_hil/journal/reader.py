@@ -38,6 +38,7 @@ from sceann_hil.journal.schema import (
     columns_of,
 )
 from sceann_hil.journal.sensor_traces import unpack_sensor_trace
+from sceann_hil.places import lacking
 
 KIND = DatabaseKind(
     "journal", APPLICATION_ID, SCHEMA_VERSION, ("run", "generation", "individual", "attempt", "session", "event"),
@@ -59,8 +60,10 @@ def journal_path(directory: Path) -> Path:
             f"{directory} is not a run: its process ended before the run began.",
             "Start it again with `sceann evolve`, with the same --out.",
         )
-    what = "has no journal" if directory.is_dir() else "does not exist"
-    raise NotARun(f"{directory} is not a run: it {what}.", "Name the folder that `sceann evolve` printed (its --out).")
+    raise NotARun(
+        f"{directory} is not a run: it {lacking(directory, 'has no journal')}.",
+        "Name the folder that `sceann evolve` printed (its --out).",
+    )
 
 
 class JournalReader(CheckedRows):

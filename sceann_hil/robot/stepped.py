@@ -201,7 +201,10 @@ class SteppedRobot(Robot):
         return end or EndReason.TIME_UP, Trace(states[: step + 1].copy(), *told)
 
     def _wait(self, due_s: float, overruns: int) -> tuple[float, int]:
-        """Until the next tick is due; when the one after it is, and how many ticks in a row were a period late."""
+        """Until the next tick is due; when the one after it is, and how many ticks in a row were a period late.
+
+        A robot that keeps the clock itself waits for its tick here instead.
+        """
         tick_s = self.spec.tick_s
         time.sleep(max(0.0, due_s - time.monotonic()))
         now_s = time.monotonic()

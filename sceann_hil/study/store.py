@@ -23,7 +23,7 @@ from sceann_hil.journal.insertion import insert_row
 from sceann_hil.journal.seal import Sealer, is_untouched
 from sceann_hil.journal.transactions import Transactions
 from sceann_hil.journal.verify import Verdict, complaints_of_sqlite
-from sceann_hil.places import make_folder
+from sceann_hil.places import lacking, make_folder
 from sceann_hil.study.blocks import BlockResult
 from sceann_hil.study.circumstances import circumstances
 from sceann_hil.study.condition import Condition
@@ -340,6 +340,8 @@ def _check_unchanged(reader: StudyReader, study: Study) -> None:
 def _study_path(directory: Path) -> Path:
     path = directory / STUDY_NAME
     if not path.is_file():
-        what = "holds no study" if directory.is_dir() else "does not exist"
-        raise NotARun(f"{directory} {what}.", "Name the folder that `sceann study` printed (its --out).")
+        raise NotARun(
+            f"{directory} {lacking(directory, 'holds no study')}.",
+            "Name the folder that `sceann study` printed (its --out).",
+        )
     return path

@@ -32,7 +32,7 @@ algorithm: {type: sga, population: 2500, generations: 99}
 """
 LONG = TEXT.replace("population: 2500, generations: 99", "population: 10, generations: 2410")
 SMALL = TEXT.replace("population: 2500, generations: 99", "population: 25, generations: 100")
-MANY = TEXT.replace("population: 2500, generations: 99", "population: 250, generations: {}")
+MANY = TEXT.replace("population: 2500", "population: 250")
 """2,000 trials a generation."""
 SCEANN = str(Path(sys.executable).with_name("sceann"))
 
@@ -137,7 +137,7 @@ def _as_if_killed(directory: Path) -> None:
 
 def _evolving_mb(directory: Path, generations: int) -> float:
     config = directory.with_suffix(".yaml")
-    config.write_text(MANY.format(generations))
+    config.write_text(MANY.replace("generations: 99", f"generations: {generations}"))
     return _command([SCEANN, "evolve", str(config), "--out", str(directory), "--record", "none"])[1]
 
 
