@@ -144,6 +144,8 @@ class InfraredConfig(Section):
 
     @model_validator(mode="after")
     def _can_be_fitted(self) -> Self:
+        if len({distance for distance, _ in self.response}) == 1:
+            raise Misfit("response: expected readings of at least 2 distances, got those of 1", "response")
         for distance, reading in self.response:
             if not (0.0 <= distance <= self.range_m and 0.0 <= reading <= 1.0):
                 raise Misfit(

@@ -25,7 +25,7 @@ from sceann_hil.commands.arguments import (
     operator_override,
     print_json,
 )
-from sceann_hil.commands.measure import measure
+from sceann_hil.commands.measure import measure, must_be_computable
 from sceann_hil.commands.printing import print_table
 from sceann_hil.config import ExperimentConfig, journalled_config, with_robot_of
 from sceann_hil.errors import ConfigError, NotARun
@@ -34,6 +34,7 @@ from sceann_hil.places import make_folder
 from sceann_hil.robot import GapEstimate
 from sceann_hil.robot.signal_names import motor_names, sensor_names
 from sceann_hil.run.chosen import chosen_individual
+from sceann_hil.run.measuring import Measurement
 from sceann_hil.study.gap import GapReport, Spread, estimate_rows, gap_section
 from sceann_hil.supervision.drift import Drift
 from sceann_hil.timespans import duration_text
@@ -75,6 +76,7 @@ def compare(
     more = more_of(budget_robot, budget_wall, budget_trials)
     reader = JournalReader(directory)
     simulated, real = _pair(journalled_config(reader), on, operator)
+    must_be_computable(simulated)
     rows = _best(reader, top, keeps_best=simulated.algorithm.keeps_best)
     genomes = np.stack([row.genome_bits(simulated.genome_length) for row in rows])
     # before the robot moves: a place that cannot be written to must not cost a measurement
@@ -82,8 +84,7 @@ def compare(
     names = [row.genome for row in rows]
     there, timing = measure(directory, real, "compare", genomes, repeats, more)
     here, _ = measure(directory, simulated, "compare", genomes, repeats, more)
-    with simulated.robot.build() as body:
-        estimate = body.estimate_gap(there.starts, there.traces) if there.traces else None
+    estimate = _estimate(simulated, there)
     report = GapReport.of(names, here, there, estimate)
     # drawing takes a second to import
     from sceann_hil.study.gap import figures
@@ -91,7 +92,8 @@ def compare(
     figures.draw_gap(report, here, there, folder / "gap.png")
     drawing = simulated.robot.build().drawing
     signals = sensor_names(simulated.size, drawing), motor_names(simulated.size, drawing)
-    figures.draw_trajectories(here, there, names, *signals, folder / "trajectories.png")
+    shown = figures.Shown(drawing, simulated.robot.spec.state_fields, *signals)
+    figures.draw_trajectories(here, there, names, shown, folder / "trajectories.png")
     if timing:
         figures.draw_timing(timing, folder / "timing.png")
     document = {
@@ -216,6 +218,18 @@ def _pair(config: ExperimentConfig, on: Path | None, operator: str | None) -> tu
         f"compare needs a simulated robot and another one; the run's own is {config.robot.spec.name}.",
         "Name the other one: --on ROBOT.yaml, a file with a robot section.",
     )
+
+
+def _estimate(simulated: ExperimentConfig, there: Measurement) -> GapEstimate | None:
+    """The gap that explains what the robot did; None without its traces, or where nobody could tell."""
+    if not there.traces:
+        return None
+    with simulated.robot.build() as body:
+        try:
+            return body.estimate_gap(there.starts, there.traces)
+        except NotImplementedError as reason:
+            typer.echo(f"No gap is estimated for {body.spec.name}: {reason}.", err=True)
+            return None
 
 
 def _best(reader: JournalReader, top: int, *, keeps_best: bool) -> list[IndividualRow]:

@@ -14,7 +14,7 @@ from rich.console import Console
 from sceann_hil.commands.ending import EXIT_CODES
 from sceann_hil.commands.progress import show_trials
 from sceann_hil.config import ExperimentConfig
-from sceann_hil.errors import as_user_error
+from sceann_hil.errors import ConfigError, as_user_error
 from sceann_hil.network.coding import Bits, genome_to_hex
 from sceann_hil.robot import RobotError
 from sceann_hil.run.experiment import Experiment
@@ -45,6 +45,7 @@ def measure(
     robot = config.robot.build()
     n_trials = len(genomes) * repeats * config.build_task().n_trials
     if robot.spec.deterministic:
+        must_be_computable(config)
         with robot, show_trials(console, robot.spec.name, n_trials) as report:
             task = config.build_task()
             return simulate(robot, config.phenotype, task, genomes, repeats, config.seed, report), {}
@@ -65,6 +66,20 @@ def measure(
             if ask.known:
                 show(f"{ask.known} of {n_trials} trials were measured before; going on with the rest.")
             return ask.run_all(genomes, repeats, report), robot.timing
+
+
+def must_be_computable(config: ExperimentConfig) -> None:
+    """Refuse to simulate trials that only a person can say the worth of; before anything moves.
+
+    Raises:
+        ConfigError: the task is one of these.
+    """
+    if config.build_task().score_by_operator:
+        raise ConfigError(
+            "task.score_by_operator: a person says what each trial is worth, so there is nothing that a simulation "
+            "could be compared by.",
+            "`sceann repeat DIR` runs one genome again and again on the robot, and asks for the scores.",
+        )
 
 
 @contextmanager

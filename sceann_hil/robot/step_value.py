@@ -145,24 +145,34 @@ class StepValue:
             )
         for sensors, motors, state in _samples(spec):
             self._check_one(spec, sensors, motors, state)
-        self._check_compiled(*next(iter(_samples(spec))))
+        self._check_compiled(*(array.copy() for array in next(iter(_samples(spec)))))
 
     def _check_one(self, spec: RobotSpec, sensors: Floats, motors: Floats, state: Floats) -> None:
         told = f"sensors {shown(sensors)}, motors {shown(motors)}"
         if self.uses_state:
             told += f", state {shown(state)}"
+        hint = f"The robot {spec.name} has {spec.n_sensors} sensors and {spec.n_motors} motors."
         try:
             with np.errstate(divide="raise", invalid="raise"):
-                value = self(sensors, motors, state)
-            number = float(value)
+                value, again = self(sensors, motors, state), self(sensors, motors, state)
         except Exception as error:
             frame = traceback.extract_tb(error.__traceback__)[-1]
-            hint = f"The robot {spec.name} has {spec.n_sensors} sensors and {spec.n_motors} motors."
             if isinstance(error, ZeroDivisionError | FloatingPointError):
                 hint = "Such a step can happen in a trial; say in the function what it is worth."
             raise PluginError(
                 f"{self}: {type(error).__name__} in line {frame.lineno} ({frame.line}): {error}; with {told}.", hint
             ) from error
+        if not isinstance(value, int | float | np.bool_ | np.integer | np.floating):
+            raise PluginError(
+                f"{self}: expected one number for a step, got {_kind(value)}; with {told}.",
+                "Every way through the function must end with `return` and a number.",
+            )
+        number = float(value)
+        if isfinite(number) and value != again:
+            raise PluginError(
+                f"{self}: expected the same value for the same step, got {number!r} and then {float(again)!r}.",
+                "A value may depend on sensors, motors and state only; trials could not be replayed otherwise.",
+            )
         if not isfinite(number):
             raise PluginError(
                 f"{self}: expected a finite number, got {number} with {told}.",
@@ -198,11 +208,12 @@ value: Any = None
 
 
 def _with_state(sensors: Floats, motors: Floats, state: Floats) -> float:
-    return float(value(sensors, motors, state))
+    # of truth values too, which Numba's float does not know
+    return 1.0 * value(sensors, motors, state)  # type: ignore[no-any-return]
 
 
 def _without_state(sensors: Floats, motors: Floats, state: Floats) -> float:
-    return float(value(sensors, motors))
+    return 1.0 * value(sensors, motors)  # type: ignore[no-any-return]
 
 
 def _one_step(sensors: Floats, motors: Floats, state: Floats) -> float:
@@ -215,7 +226,15 @@ def _samples(spec: RobotSpec) -> Iterator[tuple[Floats, Floats, Floats]]:
     state = rng.uniform(0.1, 1.0, len(spec.state_fields))
     for sensors in (np.zeros(spec.n_sensors), np.ones(spec.n_sensors), rng.uniform(size=spec.n_sensors)):
         for motors in (np.zeros(spec.n_motors), np.ones(spec.n_motors), rng.uniform(size=spec.n_motors)):
+            for array in (sensors, motors, state):
+                # a function that changes what it is given would change what the next one sees
+                array.flags.writeable = False
             yield sensors, motors, state
+
+
+def _kind(value: object) -> str:
+    """What somebody returned, for a message."""
+    return "nothing (None)" if value is None else f"{type(value).__name__} {value!r}"
 
 
 def _reads(function: Callable[..., float], name: str) -> bool:

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from pydantic import model_validator
 
 from sceann_hil.errors import ConfigError
-from sceann_hil.plugins import Misfit, RobotConfig, Section
+from sceann_hil.plugins import Misfit, RobotConfig, Section, StartVariation
 from sceann_hil.seeds import Purpose, keys, uniforms
-from sceann_hil.tasks.starts import START_FIELDS, as_rows
+from sceann_hil.tasks.starts import START_FIELDS, TURNS_DEG, as_rows
 
 MOST_DRAWS = 100
 """Draws of one start; where all of them are occupied, the trial is refused."""
@@ -61,6 +61,14 @@ class StartsDrawn(Section):
                 f"{1.0 - len(occupied) / _TRIED:.0%}; the first that is not: {occupied[0]}",
                 "task.starts_drawn",
             )
+
+    def turned(self) -> StartVariation | None:
+        """Other headings than the drawn ones; None if all of them are drawn anyway."""
+        low, high = self.heading_deg
+        if high - low >= 360.0:
+            return None
+        changes = tuple({"starts_drawn.heading_deg": [low + turn, high + turn]} for turn in TURNS_DEG)
+        return StartVariation("initial headings turned by", "degrees", TURNS_DEG, changes)
 
     def draw(self, robot: RobotConfig, trial: NDArray[np.int64], noise: NDArray[np.uint64]) -> NDArray[np.float64]:
         """One start for each trial, shape ``(n, 3)``, in the order of `START_FIELDS`.

@@ -10,6 +10,7 @@ from pydantic import Field
 
 from sceann_hil.plugins import Misfit, RobotConfig, StartVariation, TaskConfig
 from sceann_hil.robot import Results
+from sceann_hil.tasks.drawn_starts import Draw, StartsDrawn, drawing, needs_no_robot
 from sceann_hil.tasks.reaching import ReachTarget
 
 BEST_SCORE = 9
@@ -37,6 +38,8 @@ class GoalReachConfig(TaskConfig):
         315.0,
     )
     """One trial for each initial heading, counter-clockwise from the x axis."""
+    starts_drawn: StartsDrawn | None = None
+    """Draw the start of every trial from these ranges instead; there are as many trials as `headings_deg` has."""
     goal_by_operator: bool = False
     """The robot cannot tell that it reached the target: the person beside it says so."""
     score_by_operator: bool = False
@@ -44,15 +47,24 @@ class GoalReachConfig(TaskConfig):
     success_score: Annotated[int, Field(ge=0, le=9)] = 9
     """With score_by_operator: from this score on a trial is a success."""
 
-    def other_starts(self) -> StartVariation:
+    def other_starts(self) -> StartVariation | None:
+        if self.starts_drawn is not None:
+            return self.starts_drawn.turned()
         turns = (0.0, 5.0, 10.0, 15.0, 20.0, 22.5)
         changes = tuple({"headings_deg": [heading + turn for heading in self.headings_deg]} for turn in turns)
         return StartVariation("initial headings turned by", "degrees", turns, changes)
 
     def build(self) -> GoalReach:
+        needs_no_robot(self.starts_drawn)
         return GoalReach(self)
 
+    def build_for(self, robot: RobotConfig) -> GoalReach:
+        return GoalReach(self, drawing(self.starts_drawn, robot))
+
     def check(self, robot: RobotConfig) -> None:
+        if self.starts_drawn is not None:
+            self.starts_drawn.check(robot)
+            return
         refusal = robot.refuses_start({"x_m": self.start_m[0], "y_m": self.start_m[1], "heading_rad": 0.0})
         if refusal:
             raise Misfit(f"start_m: {refusal}", "task.start_m")
@@ -63,13 +75,15 @@ class GoalReach(ReachTarget):
 
     Args:
         config: its settings.
+        draw: starts of trials, from their numbers and keys (see `Task.starts_of`); those of `config` if it is not
+            given.
     """
 
     name = "goal_reach"
 
-    def __init__(self, config: GoalReachConfig = GoalReachConfig()) -> None:  # noqa: B008
+    def __init__(self, config: GoalReachConfig = GoalReachConfig(), draw: Draw | None = None) -> None:  # noqa: B008
         starts = tuple((*config.start_m, heading) for heading in config.headings_deg)
-        super().__init__(config.max_steps, starts, config.goal_by_operator)
+        super().__init__(config.max_steps, starts, config.goal_by_operator, draw)
         self.score_by_operator = config.score_by_operator
         self._success_score = config.success_score
 

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from sceann_hil.tasks.drawn_starts import Draw
@@ -44,8 +42,4 @@ class Homing(ReachTarget):
     name = "homing"
 
     def __init__(self, config: HomingConfig = HomingConfig(), draw: Draw | None = None) -> None:  # noqa: B008
-        super().__init__(config.max_steps, config.starts, config.goal_by_operator)
-        self._draw, self.draws_starts = draw, draw is not None
-
-    def starts_of(self, trial: NDArray[np.int64], keys: NDArray[np.uint64]) -> NDArray[np.float64]:
-        return super().starts_of(trial, keys) if self._draw is None else self._draw(trial, keys)
+        super().__init__(config.max_steps, config.starts, config.goal_by_operator, draw)

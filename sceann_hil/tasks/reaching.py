@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from sceann_hil.robot import EndReason, Results
 from sceann_hil.robot.task import Task
+from sceann_hil.tasks.drawn_starts import Draw
 from sceann_hil.tasks.starts import START_FIELDS, Start, as_rows, instruction
 
 
@@ -17,20 +18,27 @@ class ReachTarget(Task):
         max_steps: a trial ends after this many steps.
         starts: x and y in metres, heading in degrees, one trial for each.
         goal_by_operator: a person says when the target is reached.
+        draw: starts of trials, from their numbers and keys (see `Task.starts_of`); `starts` if it is not given.
     """
 
     start_fields = START_FIELDS
     best_fitness = 1.0
 
-    def __init__(self, max_steps: int, starts: tuple[Start, ...], goal_by_operator: bool) -> None:
+    def __init__(
+        self, max_steps: int, starts: tuple[Start, ...], goal_by_operator: bool, draw: Draw | None = None
+    ) -> None:
         self.max_steps = max_steps
         self.goal_by_operator = goal_by_operator
         self._given = starts
         self._starts = as_rows(starts)
+        self._draw, self.draws_starts = draw, draw is not None
 
     @property
     def starts(self) -> NDArray[np.float64]:
         return self._starts
+
+    def starts_of(self, trial: NDArray[np.int64], keys: NDArray[np.uint64]) -> NDArray[np.float64]:
+        return super().starts_of(trial, keys) if self._draw is None else self._draw(trial, keys)
 
     def fitness(self, results: Results) -> NDArray[np.float64]:
         return np.where(self.succeeded(results), 1.0 - results.steps / self.max_steps, 0.0)

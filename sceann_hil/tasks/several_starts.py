@@ -10,7 +10,7 @@ from pydantic import Field
 from sceann_hil.plugins import RobotConfig, StartVariation, TaskConfig
 from sceann_hil.robot.task import Task
 from sceann_hil.tasks.drawn_starts import Draw, StartsDrawn, drawing, needs_no_robot
-from sceann_hil.tasks.starts import Starts, refuse_occupied, turned
+from sceann_hil.tasks.starts import TURNS_DEG, Starts, refuse_occupied, turned
 
 
 class TaskOnAPlane(TaskConfig):
@@ -44,7 +44,6 @@ class TaskOnAPlane(TaskConfig):
 
     def other_starts(self) -> StartVariation | None:
         if self.starts_drawn is not None:
-            return None
-        turns = (0.0, 10.0, 20.0, 30.0, 45.0, 90.0)
-        changes = tuple({"starts": [list(start) for start in turned(self.starts, turn)]} for turn in turns)
-        return StartVariation("initial headings turned by", "degrees", turns, changes)
+            return self.starts_drawn.turned()
+        changes = tuple({"starts": [list(start) for start in turned(self.starts, turn)]} for turn in TURNS_DEG)
+        return StartVariation("initial headings turned by", "degrees", TURNS_DEG, changes)

@@ -12,6 +12,8 @@ from pydantic import Field
 from sceann_hil.plugins import Misfit, RobotConfig
 
 START_FIELDS = ("x_m", "y_m", "heading_rad")
+TURNS_DEG = (0.0, 10.0, 20.0, 30.0, 45.0, 90.0)
+"""How far headings are turned to try how robust controllers are."""
 
 Start = tuple[float, float, float]
 Starts = Annotated[tuple[Start, ...], Field(min_length=1, max_length=1000)]

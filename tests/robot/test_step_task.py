@@ -45,6 +45,11 @@ def speed(sensors: Floats, motors: Floats) -> float:
     return motors[0] + motors[1]  # type: ignore[no-any-return]
 
 
+@step_value
+def sees(sensors: Floats, motors: Floats, state: Floats) -> float:
+    return max_of(sensors) > 0.0
+
+
 VALUES = [avoid, centre, speed]
 
 
@@ -190,11 +195,34 @@ def _root_of_less_than_nothing(sensors: Floats, motors: Floats, state: Floats) -
     return sqrt(motors[0] - 0.5)
 
 
+def _returns_nothing(sensors: Floats, motors: Floats, state: Floats) -> Any:
+    if motors[0] > 0.5:
+        return sensors[0]
+    return None
+
+
+def _is_complex(sensors: Floats, motors: Floats, state: Floats) -> Any:
+    return 1j * sensors[0]
+
+
+def _changes_what_it_is_given(sensors: Floats, motors: Floats, state: Floats) -> float:
+    sensors[0] = 0.5
+    return max_of(sensors)
+
+
+def _throws_dice(sensors: Floats, motors: Floats, state: Floats) -> float:
+    return float(np.random.random())  # noqa: NPY002 - the fault that is tried
+
+
 FAULTS = [
+    (_returns_nothing, r"expected one number for a step, got nothing \(None\)"),
+    (_is_complex, r"expected one number for a step, got complex"),
+    (_changes_what_it_is_given, r"ValueError in line \d+ \(sensors\[0\] = 0\.5\): assignment destination is read-only"),
+    (_throws_dice, r"expected the same value for the same step"),
     (_nan, r"got nan with sensors \[0, 0, 0, 0, 0\]"),
     (_divides, r"invalid value .*|FloatingPointError in line \d+ \(return motors\[0\] / "),
     (_reads_too_far, r"IndexError in line \d+ \(return sensors\[5\]"),
-    (_is_no_number, r"TypeError"),
+    (_is_no_number, r"expected one number for a step, got dict"),
     (_cannot_be_compiled, r"cannot be compiled"),
     (_root_of_less_than_nothing, r"ValueError in line \d+ \(return sqrt\(motors\[0\] - 0\.5\)"),
 ]
@@ -207,6 +235,15 @@ def test_a_fault_in_the_value_is_told_with_file_and_line_before_anything_runs(
     with pytest.raises(PluginError, match=message) as caught:
         _task(step_value(function)).check_robot(DifferentialDrive(FIVE).spec)
     assert f"{function.__name__} ({__file__}, line {function.__code__.co_firstlineno})" in str(caught.value)
+
+
+def test_a_value_may_be_true_or_false() -> None:
+    robot, task = DifferentialDrive(FIVE), _task(sees, "sum")
+    task.check_robot(robot.spec)
+    results = robot.trace(_trials(task, robot, 2))
+    assert results.traces is not None
+    assert results.values is not None
+    assert results.values.tolist() == [trace.sensors.any(axis=1).sum() for trace in results.traces]
 
 
 def test_the_same_value_is_fine_on_a_robot_that_has_the_sensor() -> None:

@@ -101,6 +101,46 @@ def test_equal_genomes_do_not_do_the_same() -> None:
     assert np.array_equal(again, fitness[5:7])
 
 
+def test_goal_reach_and_the_pole_draw_their_starts_too() -> None:
+    goal = config_of("task={type: goal_reach, max_steps: 40, starts_drawn: {x_m: [0.1, 0.9], y_m: [0.1, 0.7]}}")
+    task = goal.build_task()
+    assert task.draws_starts
+    starts = task.starts_of(np.arange(200) % 8, np.arange(200, dtype=np.uint64))
+    names = task.start_fields
+    assert len(np.unique(starts, axis=0)) == 200
+    assert not any(goal.robot.refuses_start(dict(zip(names, row, strict=True))) for row in starts.tolist())
+    pole = config_of("task={type: pole_balancing, start_angle_drawn_deg: [-6, 6], trials: 3}", "robot={type: cartpole}")
+    task = pole.build_task()
+    noise = keys(1, Purpose.TRIAL, np.arange(100)[:, None], np.arange(3)).ravel()
+    angles = np.rad2deg(task.starts_of(np.tile(np.arange(3), 100), noise)[:, 2])
+    assert task.draws_starts
+    assert task.n_trials == 3
+    assert len(np.unique(angles)) == 300
+    assert -6.0 <= angles.min() < -5.0 < 5.0 < angles.max() <= 6.0
+    for wrong, message in (
+        ("start_angle_drawn_deg: [6, -6]", "expected the smaller value first"),
+        ("trials: 3", "without start_angle_drawn_deg they are all the same"),
+    ):
+        with pytest.raises(ConfigError, match=message):
+            config_of(f"task={{type: pole_balancing, {wrong}}}", "robot={type: cartpole}")
+
+
+def test_drawn_headings_can_be_turned_to_try_robustness_unless_all_are_drawn() -> None:
+    assert config_of().task.other_starts() is None
+    for kind in ("avoidance", "homing", "goal_reach"):
+        drawn = "{x_m: [0.1, 0.9], y_m: [0.1, 0.2], heading_deg: [0, 90]}"
+        config = config_of(f"task={{type: {kind}, starts_drawn: {drawn}}}", *HOMING[1:])
+        variation = config.task.other_starts()
+        assert variation is not None
+        turned = config.with_changes({f"task.{key}": value for key, value in variation.changes[-1].items()})
+        starts = turned.build_task().starts_of(np.zeros(50, np.int64), np.arange(50, dtype=np.uint64))
+        assert np.rad2deg(starts[:, 2] % (2 * np.pi)).min() >= 90.0
+    pole = config_of("task={type: pole_balancing, start_angle_drawn_deg: [-20, 6]}", "robot={type: cartpole}")
+    variation = pole.task.other_starts()
+    assert variation is not None
+    assert variation.changes[-1] == {"start_angle_drawn_deg": [-36.0, 18.0]}
+
+
 def test_without_the_key_nothing_is_drawn() -> None:
     config = config_of("task.starts_drawn=null")
     task = config.build_task()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib
@@ -15,11 +16,13 @@ from matplotlib.figure import Figure
 
 from sceann_hil.journal import AttemptRow
 from sceann_hil.robot import Trace
+from sceann_hil.robot.drawing import Drawing
 from sceann_hil.robot.durations import Durations
 from sceann_hil.run.measuring import Measurement
 from sceann_hil.study.gap.comparison import GapReport
 from sceann_hil.study.gap.spread import Spread
-from sceann_hil.study.style import BLUE, DARK, GREY, MARKERS, ORANGE, SERIES, drawing
+from sceann_hil.study.scene import draw_robot, draw_surroundings
+from sceann_hil.study.style import BLUE, DARK, GREY, MARKERS, ORANGE, SERIES, drawing, plain
 from sceann_hil.versions import maker
 
 _HERE, _THERE = BLUE, ORANGE
@@ -51,43 +54,78 @@ def draw_gap(report: GapReport, simulated: Measurement, measured: Measurement, p
         _save(figure, path)
 
 
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """What the robot of a comparison looks like, and what its signals are called.
+
+    Attributes:
+        drawing: of the simulated robot; None if there is nothing to draw but signals.
+        state_fields: names of the body's state in traces.
+        sensors: a name for each sensor.
+        motors: a name for each motor neuron.
+    """
+
+    drawing: Drawing | None
+    state_fields: tuple[str, ...]
+    sensors: Sequence[str]
+    motors: Sequence[str]
+
+
 def draw_trajectories(
-    simulated: Measurement,
-    measured: Measurement,
-    genomes: Sequence[str],
-    sensors: Sequence[str],
-    motors: Sequence[str],
-    path: Path,
-    most: int = 4,
+    simulated: Measurement, measured: Measurement, genomes: Sequence[str], shown: Shown, path: Path, most: int = 4
 ) -> bool:
-    """Sensors and motors over time, side by side, for the first trial of some genomes; False without traces.
+    """Where the bodies went, and sensors and motors over time, for the first trial of some genomes; False without
+    traces.
 
     Args:
         simulated: what the simulation did.
         measured: what the robot did.
         genomes: a name for each genome.
-        sensors: a name for each sensor.
-        motors: a name for each motor neuron.
+        shown: what can be drawn.
         path: of the picture.
         most: so many genomes.
     """
     if not simulated.traces or not measured.traces:
         return False
-    n = min(most, len(simulated.fitness))
-    with drawing(19.0, 2.0 + 4.6 * n) as figure:
-        grid = figure.subplots(n, 2, squeeze=False, sharey=True)
+    n, first = min(most, len(simulated.fitness)), int(shown.drawing is not None)
+    with drawing(19.0 + 8.0 * first, 2.0 + (6.0 if first else 4.6) * n) as figure:
+        grid = figure.subplots(n, 2 + first, squeeze=False)
         for row, axes_of_row in enumerate(grid):
-            for axes, source, where in zip(axes_of_row, (simulated, measured), ("simulation", "robot"), strict=True):
-                trace = source.traces[row * source.fitness[0].size]
-                _draw_signals(axes, trace, sensors, motors)
+            traces = [source.traces[row * source.fitness[0].size] for source in (simulated, measured)]
+            if shown.drawing is not None:
+                _draw_bodies(axes_of_row[0], shown.drawing, shown.state_fields, *traces)
+                axes_of_row[0].set_title(f"{genomes[row]}: where it went")
+            for axes, trace, where in zip(axes_of_row[first:], traces, ("simulation", "robot"), strict=True):
+                _draw_signals(axes, trace, shown.sensors, shown.motors)
                 axes.set_title(f"{genomes[row]}, {where}: {len(trace.sensors)} steps")
-            axes_of_row[0].set_ylabel("part of full scale")
-        for axes in grid[-1]:
+            axes_of_row[first].set_ylabel("part of full scale")
+        for axes in grid[-1][first:]:
             axes.set_xlabel("step of the first trial")
-        lines, labels = grid[0, 0].get_legend_handles_labels()
+        lines, labels = grid[0, first].get_legend_handles_labels()
         figure.legend(lines, labels, loc="outside lower center", ncols=min(6, len(labels)))
         _save(figure, path)
     return True
+
+
+def _draw_bodies(axes: Axes, scene: Drawing, fields: tuple[str, ...], here: Trace, there: Trace) -> None:
+    """The surroundings, both paths, and the bodies at the trial's start and end; a robot's where it is known."""
+    plain(axes)
+    draw_surroundings(axes, scene)
+    place = {name: column for column, name in enumerate(fields)}
+    for trace, colour, style, name in ((here, _HERE, "-", "simulation"), (there, _THERE, "--", "robot")):
+        if trace.state.shape[1] != len(fields):
+            axes.text(
+                0.5, -0.03, "the robot does not know where it was", ha="center", va="top", transform=axes.transAxes
+            )
+            continue
+        robot = scene.parts[0]
+        if robot.x is not None and robot.y is not None:
+            x, y = trace.state[:, place[robot.x]], trace.state[:, place[robot.y]]
+            axes.plot(x, y, color=colour, linestyle=style, linewidth=1.4, label=name)
+        for step, alpha in ((0, 0.35), (-1, 0.9)):
+            draw_robot(axes, scene, dict(zip(fields, trace.state[step].tolist(), strict=True)), alpha)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(loc="upper left")
 
 
 def _draw_signals(axes: Axes, trace: Trace, sensors: Sequence[str], motors: Sequence[str]) -> None:

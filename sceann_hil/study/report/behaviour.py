@@ -16,7 +16,7 @@ from sceann_hil.robot import EndReason, Results
 from sceann_hil.run.batch import BatchEvaluator
 from sceann_hil.seeds import Purpose, keys
 from sceann_hil.study.report.cells import Cell
-from sceann_hil.study.report.scene import draw_others, draw_part, draw_surroundings
+from sceann_hil.study.scene import draw_others, draw_part, draw_surroundings
 from sceann_hil.study.style import BLUE, DARK, GREEN, GREY, LIGHT, RED, drawing, plain, save
 
 

@@ -143,3 +143,28 @@ def test_a_robot_that_repeats_its_trials_needs_no_reference(tmp_path: Path) -> N
     assert JournalReader(tmp_path / "run").attempts_of_kind(AttemptKind.REFERENCE) == []
     with pytest.raises(NotARun, match="no reference runs"):
         CliRunner().invoke(app, ["drift", str(tmp_path / "run")], catch_exceptions=False)
+
+
+def test_a_comparison_of_trials_that_only_a_person_can_score_is_refused_before_anything_moves(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    evolve(tmp_path / "run", GOAL, "algorithm.generations=1")
+    scored = config_of(GOAL, "task.score_by_operator=true", "operator={who: [console], confirm: true}")
+    monkeypatch.setattr("sceann_hil.commands.gap.journalled_config", lambda _: scored)
+    (tmp_path / "real.yaml").write_text("robot: {type: diffdrive, n_sensors: 3, gap: {sensor_offset: 0.01}}")
+    for command in (["compare", "--on", str(tmp_path / "real.yaml")], ["repeat"]):
+        result = CliRunner().invoke(app, [command[0], str(tmp_path / "run"), *command[1:]])
+        assert isinstance(result.exception, ConfigError)
+        assert "a person says what each trial is worth" in str(result.exception)
+
+
+def test_a_comparison_in_a_world_with_drawn_obstacles_draws_paths_and_estimates_no_gap(tmp_path: Path) -> None:
+    world = "infrared: [{direction_deg: 0}, {direction_deg: 40}, {direction_deg: -40}], obstacles: "
+    world += "[{drawn: {x_m: [0.2, 0.5], y_m: [0.2, 0.5]}, radius_m: 0.04}]"
+    robot = f"robot={{type: diffdrive, world: {{{world}}}}}"
+    evolve(tmp_path / "run", GOAL, "algorithm.generations=1", robot)
+    text = f"robot: {{type: diffdrive, gap: {{motor_gain: 0.8}}, world: {{{world}}}}}"
+    (tmp_path / "real.yaml").write_text(text)
+    document = said("compare", tmp_path / "run", "--on", tmp_path / "real.yaml", "--top", 2, "--repeats", 1)
+    assert document["estimate"] is None
+    assert (tmp_path / "run" / "reports" / "compare" / "trajectories.png").stat().st_size > 10_000

@@ -36,11 +36,29 @@ def draw_surroundings(axes: Axes, drawing: Drawing) -> None:
 
 def draw_part(axes: Axes, part: Part, state: Mapping[str, float], alpha: float) -> None:
     """A part where this state has it; `state` gives values by the names of the state fields."""
+    _shapes(axes, part, *_placed(part, state, (0j, 0.0)), alpha)
+
+
+def draw_robot(axes: Axes, drawing: Drawing, state: Mapping[str, float], alpha: float) -> None:
+    """All parts where this state has them, those on others with them; parts of which it tells nothing are left out."""
+    places: dict[str, tuple[complex, float]] = {}
+    for part in drawing.parts:
+        at, turn = places[part.name] = _placed(part, state, places.get(part.on or "", (0j, 0.0)))
+        moved_by = {field for field in (part.x, part.y, part.turn) if field is not None}
+        if not moved_by or moved_by & state.keys():
+            _shapes(axes, part, at, turn, alpha)
+
+
+def _placed(part: Part, state: Mapping[str, float], on: tuple[complex, float]) -> tuple[complex, float]:
     place = complex(state.get(part.x or "", 0.0), state.get(part.y or "", 0.0))
     turn = state.get(part.turn or "", 0.0)
+    return on[0] + cmath.exp(1j * on[1]) * place, on[1] + (-turn if part.clockwise else turn)
+
+
+def _shapes(axes: Axes, part: Part, at: complex, turn: float, alpha: float) -> None:
     for shape in part.shapes:
         if getattr(shape, "look", None) is not Look.WHEEL:
-            _draw(axes, shape, place, -turn if part.clockwise else turn, alpha, 1)
+            _draw(axes, shape, at, turn, alpha, 1)
 
 
 def draw_others(axes: Axes, drawing: Drawing, state: Mapping[str, float]) -> None:
