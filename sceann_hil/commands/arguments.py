@@ -10,6 +10,9 @@ from typing import Annotated, Any
 import typer
 
 RunDirectory = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run.", show_default=False)]
+NewRun = Annotated[
+    Path | None, typer.Option("--out", metavar="DIR", help="Folder of the new run.", show_default="runs/NAME-TIME")
+]
 ConfigFile = Annotated[Path, typer.Argument(metavar="CONFIG", help="A YAML file.", show_default=False)]
 Overrides = Annotated[
     list[str] | None,

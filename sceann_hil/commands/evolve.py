@@ -21,6 +21,7 @@ from sceann_hil.commands.arguments import (
     BudgetTrials,
     BudgetWall,
     ConfigFile,
+    NewRun,
     OperatorOption,
     Overrides,
     RunDirectory,
@@ -63,9 +64,7 @@ def register(app: typer.Typer) -> None:
 
 def evolve(
     config: ConfigFile,
-    out: Annotated[
-        Path | None, typer.Option("--out", metavar="DIR", help="Folder of the new run.", show_default="runs/NAME-TIME")
-    ] = None,
+    out: NewRun = None,
     seed: Seed = None,
     overrides: Overrides = None,
     ancestor: Annotated[

@@ -13,6 +13,7 @@ from sceann_hil.commands.arguments import (
     BudgetRobot,
     BudgetTrials,
     BudgetWall,
+    NewRun,
     OperatorOption,
     Overrides,
     Seed,
@@ -51,9 +52,7 @@ def transfer(
             show_default="evolve some",
         ),
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", metavar="DIR", help="Folder of the new run.", show_default="runs/NAME-TIME")
-    ] = None,
+    out: NewRun = None,
     trials: Annotated[
         int | None, typer.Option("--trials", min=1, help="Most trials to choose by.", show_default="40")
     ] = None,

@@ -25,8 +25,8 @@ from sceann_hil.testing.random_trials import random_trials
 _VOID_ATTEMPTS = 5
 _SIGNAL_S = 0.5
 """How long a robot moves before it is stopped."""
-_SOON_S = 3.0
-"""How long after that its trial may take to end."""
+_SOON_S = 10.0
+"""How long after that its trial may take to end, on a busy computer too: a third of the time that it would last."""
 _ENDLESS_S = 30.0
 
 
