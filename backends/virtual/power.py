@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from backends.simulation.body import SimulatedBody
+from backends.simulation.settings import Drawn
 from backends.virtual.body import Battery, VirtualBody
 from backends.virtual.cable import Cable
 from backends.virtual.can_bridge import CanBridge
@@ -36,12 +37,14 @@ class VirtualRobot:
         body: the configuration of the robot whose body it has; None for a board that only serves mode hil.
         rig_address: ``host:port`` of its rig; None without a body.
         node: its number.
+        seed: of its gap: one robot has one for its whole life, in every mode.
     """
 
     line: dict[str, Any]
     body: RobotConfig | None
     rig_address: str | None
     node: int = 1
+    seed: int = 1
 
     @property
     def modes(self) -> tuple[str, ...]:
@@ -69,7 +72,7 @@ class VirtualRobot:
         if self.body is None:
             return section
         if mode == "hil":
-            return {**section, "body": self.body.model_dump(mode="json")}
+            return {**section, "body": _for_life(self.body, self.seed)}
         spec = self.body.spec
         return {
             **section,
@@ -150,7 +153,17 @@ def switch_on(
             else:
                 end = stack.enter_context(QemuBoard(board, eeprom=store)).line.socket
             line = _line(stack, end, port, can, baud)
-        yield VirtualRobot(line, robot, rig.address if rig is not None else None, node)
+        yield VirtualRobot(line, robot, rig.address if rig is not None else None, node, seed)
+
+
+def _for_life(body: RobotConfig, number: int) -> dict[str, Any]:
+    """The section of a body whose gap is one robot's, as on a board that has the body on its pins."""
+    section = body.model_dump(mode="json")
+    gap = section.get("gap") or {}
+    drawn = [one for it in gap.values() for one in (it if isinstance(it, list) else [it]) if isinstance(one, dict)]
+    if drawn and gap.get("drawn") == Drawn.PER_TRIAL:
+        gap.update(drawn=Drawn.PER_ROBOT.value, robot=number)
+    return section
 
 
 def _body(

@@ -24,7 +24,7 @@ from rich.console import Console
 from rich.table import Table
 
 HERE = Path(__file__).parent
-HELPERS = {"__main__", "figures", "numpy_baseline", "c_baseline", "panel_crowd", "transfer_methods"}
+HELPERS = {"__main__", "figures", "many_runs", "numpy_baseline", "c_baseline", "panel_crowd", "transfer_methods"}
 NAMES = sorted(path.stem for path in HERE.glob("*.py") if path.stem not in HELPERS)
 
 

@@ -111,7 +111,7 @@ def _python_loop() -> list[Figure]:
 def _value_of_a_step() -> list[Figure]:
     robot = DifferentialDrive(threads=1)
     plain = _trials(NetworkSize(7, 2, 2), 20_000, np.tile([0.1, 0.1, 0.5], (20_000, 1)), 200)
-    valued = replace(plain, accumulation=Accumulation(avoid, Combine.MEAN))
+    valued = replace(plain, accumulation=Accumulation(avoid, Combine.MEAN, 200))
     n_steps = int(robot.run(plain).steps.sum())
     plain_rate = n_steps / median_s(lambda: robot.run(plain), clock=time.thread_time)
     valued_rate = n_steps / median_s(lambda: robot.run(valued), clock=time.thread_time)

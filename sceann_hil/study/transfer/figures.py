@@ -44,11 +44,18 @@ def progress(found: Findings) -> Figure:
 
 
 def resemblance(found: Findings) -> Figure:
-    """How much the robot resembles the simulated ones, most alike first."""
-    order = np.argsort(-found.weights, kind="stable")[:MOST_ROBOTS]
-    figure, axes = pyplot.subplots(figsize=(8, 3), layout="constrained")
+    """The posterior over the ensemble: all simulated robots added up, and those that this one resembles most."""
+    ranked = np.argsort(-found.weights, kind="stable")
+    order, n = ranked[:MOST_ROBOTS], len(ranked)
+    figure, (left, axes) = pyplot.subplots(1, 2, figsize=(8, 3), width_ratios=(2, 3), layout="constrained")
+    number = np.arange(n + 1)
+    left.plot(number, np.concatenate([[0.0], found.weights[ranked].cumsum()]), color=_BLUE, label="after the trials")
+    left.plot(number, number / n, color=_GREY, linewidth=0.8, label="before any trial")
+    left.set_xlabel("simulated robots, most alike first")
+    left.set_ylabel("likeness of so many together")
+    left.legend(frameon=False, fontsize=8)
     axes.bar(range(len(order)), found.weights[order], color=_BLUE)
-    axes.axhline(1.0 / len(found.weights), color=_GREY, linewidth=0.8, label="before any trial")
+    axes.axhline(1.0 / n, color=_GREY, linewidth=0.8, label="before any trial")
     axes.set_xticks(range(len(order)), [f"robot {number}" for number in order.tolist()], rotation=45, ha="right")
     axes.set_ylabel("likeness")
     axes.legend(frameon=False, fontsize=8)
@@ -68,5 +75,5 @@ def gap(found: Findings) -> Figure:
     )
     axes.set_yticks(place, names, fontsize=8)
     axes.set_xlabel("deviations from what was expected before")
-    axes.legend(frameon=False, fontsize=8)
+    axes.legend(frameon=False, fontsize=8, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2)
     return figure

@@ -169,7 +169,11 @@ def _page(found: Findings, folder: Path, directory: Path, lines: tuple[str, ...]
         "progress", "Expected fitness of the best candidate before each trial.", _saved(figures.progress(found))
     )
     page.heading("Which simulated robots it resembles")
-    page.figure("resemblance", "Likelihood of the trials in each simulated robot.", _saved(figures.resemblance(found)))
+    page.figure(
+        "resemblance",
+        "Likelihood of the trials in each simulated robot: the posterior over the ensemble, and its heaviest members.",
+        _saved(figures.resemblance(found)),
+    )
     page.heading("The gap that follows")
     page.text(
         "What the trials say of every quantity that was drawn. The file `robot.yaml` beside this page is a simulated "

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import socket
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -55,3 +57,16 @@ def test_a_board_without_a_body_of_its_own_serves_the_loop() -> None:
     assert robot.section()["body"]["type"] == "cartpole"
     with pytest.raises(ConfigError, match="expected hil, got 'onboard'"):
         robot.section("onboard")
+
+
+def test_in_the_loop_its_gap_is_one_robots_too_and_that_of_its_seed() -> None:
+    drawn = CartPoleConfig.model_validate({"gap": {"sensor_offset": {"normal": (0.0, 0.01)}, "motor_gain": 0.9}})
+    section = VirtualRobot({"port": "p"}, drawn, None, seed=7).section("hil")["body"]
+    in_the_loop = CartPoleConfig.model_validate_json(json.dumps(section)).gap.build(2, 1)
+    on_its_pins = CartPole(drawn).gap.of_robot(7)
+    trials = np.arange(3, dtype=np.uint64)
+    gap = in_the_loop.draw(trials, 2, 1, 0.5)
+    assert (gap == gap[0]).all()
+    assert (gap == on_its_pins.draw(trials, 2, 1, 0.5)).all()
+    certain = CartPoleConfig.model_validate({"gap": {"motor_gain": 0.9}})
+    assert VirtualRobot({"port": "p"}, certain, None).section("hil")["body"] == certain.model_dump(mode="json")
