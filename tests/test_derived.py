@@ -73,6 +73,36 @@ def _cache(function: object) -> CodeCache:
     return cache
 
 
+SMALL = """
+import sys
+import numpy as np
+from sceann_hil.network.compiled import compiled
+
+@compiled
+def mean(values):
+    return np.mean(values)
+
+print(mean(np.arange(4.0)), "numba.np.arraymath" in sys.modules)
+"""
+
+
+def test_machine_code_is_loaded_without_what_compiled_it(tmp_path: Path) -> None:
+    (tmp_path / "small.py").write_text(SMALL)
+    environment = {
+        **os.environ,
+        derived.VARIABLE: str(tmp_path / "cache"),
+        "PYTHONPATH": str(Path(__file__).parents[1]),
+    }
+    told = [
+        subprocess.run(
+            [sys.executable, "-B", "-c", "import small"],
+            cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120, check=True,
+        ).stdout.split()
+        for _ in range(2)
+    ]  # fmt: skip
+    assert told == [["1.5", "True"], ["1.5", "False"]]
+
+
 PROGRAM = """
 import sys
 sys.path.insert(0, sys.argv[1])

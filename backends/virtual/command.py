@@ -101,7 +101,7 @@ def virtual(
         if write is not None:
             if settings is None:
                 raise ConfigError("--write needs CONFIG: it is CONFIG with another robot.", "Name a configuration.")
-            write.write_text(_with_robot(settings, section), encoding="utf-8")
+            write.write_text(with_robot(settings, section), encoding="utf-8")
             console.print(f"Configuration with this robot: {write}")
         console.print(f"Virtual {board} is on. As a [bold]robot[/] section:")
         print(yaml.safe_dump({"robot": section}, sort_keys=False, default_flow_style=None), end="", flush=True)
@@ -109,7 +109,8 @@ def virtual(
         _wait_for_interrupt()
 
 
-def _with_robot(settings: ExperimentConfig, section: dict[str, Any]) -> str:
+def with_robot(settings: ExperimentConfig, section: dict[str, Any]) -> str:
+    """A configuration with another robot, as YAML."""
     import yaml
 
     from sceann_hil.config import dump_config

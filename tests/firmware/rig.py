@@ -114,7 +114,8 @@ class Rig:
         return next(record for record in reversed(self.records) if record.kind is not RecordKind.QUERY)
 
     def motors_are_safe(self) -> bool:
-        return self.last_output().kind is RecordKind.SAFE
+        told = any(record.kind is not RecordKind.QUERY for record in self.records)
+        return told and self.last_output().kind is RecordKind.SAFE
 
     def driven(self) -> list[tuple[int, ...]]:
         return [record.motors for record in self.records if record.kind is RecordKind.DRIVE]

@@ -113,6 +113,7 @@ class TestLinkLoss:
 
     def test_a_killed_host_process_is_a_silent_host(self, rig: Rig) -> None:
         rig.start(max_ticks=10_000)
+        rig.until(lambda: len(rig.driven()) > 0)
         assert rig.board.line is not None
         rig.board.line.close()
         rig.until(rig.motors_are_safe, heartbeat=False)

@@ -123,3 +123,30 @@ def test_slots_are_packed_without_loss() -> None:
         np.testing.assert_array_equal(column, unpacked)
     with pytest.raises(ValueError, match="3 attempts"):
         unpack_slots(pack_slots(columns), 3)
+
+
+def test_the_session_is_written_without_a_look_at_its_attempts(experiment: Experiment) -> None:
+    with experiment:
+        journal, database = experiment.journal, experiment.journal.reader.database
+        journal.begin_session("robot", "nobody", {}, {})
+        looked = 0
+
+        def count() -> int:
+            nonlocal looked
+            looked += 1
+            return 0
+
+        work: list[int] = []
+        for n in (N, 20 * N):
+            generation = len(work)
+            nothing = [None] * n
+            journal.begin_generation(generation, b"", np.zeros((n, 24), np.uint8), nothing, nothing)
+            slots = Slots(np.arange(n), np.zeros(n, np.int64), np.zeros(n, np.int64))
+            ids = journal.intend(generation, slots, np.zeros((n, 4)), np.arange(n, dtype=np.uint64))
+            journal.record(ids, _results(n), np.ones(n))
+            looked = 0
+            database.set_progress_handler(count, 1)
+            journal._add_to_session(attempts=1)
+            database.set_progress_handler(None, 0)
+            work.append(looked)
+        assert work[1] < 2 * work[0]

@@ -9,7 +9,6 @@ that arrives at the descriptor, which was opened outside, is carried on to it.
 from __future__ import annotations
 
 import ctypes
-import fcntl
 import os
 import select
 import socket
@@ -24,6 +23,9 @@ _SIOCSIFFLAGS, _IFF_UP, _PR_SET_PDEATHSIG, _SIGKILL = 0x8914, 1, 1, 9
 
 def loopback_up() -> None:
     """A fresh namespace has its loopback switched off."""
+    # only where there are namespaces
+    import fcntl
+
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
         fcntl.ioctl(any_socket, _SIOCSIFFLAGS, struct.pack("16sh14s", b"lo", _IFF_UP, b""))
 
