@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from sceann_hil.evolution import Algorithm
 from sceann_hil.network.coding import Bits, genome_to_hex
 from sceann_hil.run.transfer.choice import choose
+from sceann_hil.run.transfer.ensemble import check_some_success
 from sceann_hil.run.transfer.model import NOTHING, Observations, Posterior
 from sceann_hil.run.transfer.preparation import Preparation, Prepared
 from sceann_hil.run.transfer.state import Outlook, TransferState, Verdict
@@ -105,6 +106,8 @@ class Transfer(Algorithm[TransferState]):
     def _next(self, candidates: Bits, observed: Observations, inherited: int) -> TransferState:
         """The state after these trials, of which an earlier transfer brought some."""
         prepared = self.prepared_by().prepared(np.ascontiguousarray(candidates))
+        if not len(observed):
+            check_some_success(prepared.ensemble, self.prepared_by().world.task)
         known = prepared.fitness.condition(observed)
         posterior = known.posterior
         chosen = choose(known, prepared.ensemble.durations_s)

@@ -23,7 +23,6 @@ from sceann_hil.run.transfer.ensemble import (
     Report,
     World,
     check_scale,
-    check_some_success,
     here,
     make_ensemble,
     silent,
@@ -148,7 +147,6 @@ class Preparation:
         if key not in self._prepared:
             task = self.world.task
             ensemble = make_ensemble(self.world, candidates, self.report, self.compute)
-            check_some_success(ensemble, task)
             self._prepared = {key: Prepared(ensemble, task.best_fitness - task.worst_fitness)}
         return self._prepared[key]
 
