@@ -9,7 +9,6 @@ that arrives at the descriptor, which was opened outside, is carried on to it.
 from __future__ import annotations
 
 import ctypes
-import fcntl
 import os
 import select
 import socket
@@ -24,6 +23,11 @@ _SIOCSIFFLAGS, _IFF_UP, _PR_SET_PDEATHSIG, _SIGKILL = 0x8914, 1, 1, 9
 
 def loopback_up() -> None:
     """A fresh namespace has its loopback switched off."""
+    if sys.platform == "win32":
+        return
+    # POSIX only, as this program is
+    import fcntl
+
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
         fcntl.ioctl(any_socket, _SIOCSIFFLAGS, struct.pack("16sh14s", b"lo", _IFF_UP, b""))
 
@@ -85,7 +89,7 @@ def bridge(listener: socket.socket, port: int) -> None:
             to_inner.clear()
 
 
-if __name__ == "__main__":
+if sys.platform != "win32" and __name__ == "__main__":
     descriptor, inner_port, *command = sys.argv[1:]
     loopback_up()
     if os.fork() == 0:
