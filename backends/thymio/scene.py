@@ -11,6 +11,7 @@ from backends.world.layout import World
 
 FLOOR = "floor.pgm"
 HEIGHT_CM = 10.0
+_GRID = 8
 WALL_CM = 1.0
 """Thickness of an inner wall, which has none in the twin."""
 
@@ -20,14 +21,15 @@ def scene(twin: ThymioTwinConfig, start: Mapping[str, float], port: str = "33333
 
     Args:
         twin: the arena.
-        start: where the robot is, by the names of the start fields; without it in the middle.
+        start: where the robot is, by the names of the start fields; if empty, at a free place.
         port: TCP port of the robot.
     """
     world = twin.world.world(twin.arena_m, (0.0, 0.0), 0.0)
     width, height = (100.0 * length for length in twin.arena_m)
     files = {} if world.shades is None else {FLOOR: _floor(world)}
     texture = f' groundTexture="{FLOOR}"' if files else ""
-    x, y = (100.0 * start.get(name, length / 200.0) for name, length in (("x_m", width), ("y_m", height)))
+    start = start or _free_place(twin)
+    x, y, angle = 100.0 * start["x_m"], 100.0 * start["y_m"], start["heading_rad"]
     things = "\n".join(_things(world))
     return (
         f"""<!DOCTYPE aseba-playground>
@@ -35,11 +37,21 @@ def scene(twin: ThymioTwinConfig, start: Mapping[str, float], port: str = "33333
 <color name="wall" r="0.9" g="0.9" b="0.9" />
 <world w="{width:g}" h="{height:g}" color="wall"{texture} />
 {things}
-<robot type="thymio2" x="{x:.4f}" y="{y:.4f}" angle="{start.get("heading_rad", 0.0):.6f}" port="{port}" name="thymio" />
+<robot type="thymio2" x="{x:.4f}" y="{y:.4f}" angle="{angle:.6f}" port="{port}" name="thymio" />
 </aseba-playground>
 """,
         files,
     )
+
+
+def _free_place(twin: ThymioTwinConfig) -> Mapping[str, float]:
+    """The first of a grid of places in which nothing stands, or the middle if there is none."""
+    places = [
+        {"x_m": x, "y_m": y, "heading_rad": 0.0}
+        for y in np.linspace(0.0, twin.arena_m[1], _GRID)[1:-1].tolist()
+        for x in np.linspace(0.0, twin.arena_m[0], _GRID)[1:-1].tolist()
+    ]
+    return next((place for place in places if not twin.refuses_start(place)), places[len(places) // 2])
 
 
 def _things(world: World) -> list[str]:

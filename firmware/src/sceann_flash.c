@@ -10,6 +10,10 @@
 #define HEADER 16u
 #define LOG_START (HEADER + SCEANN_STORE_BYTES)
 
+#if (SCEANN_STORE_BYTES) % 4u != 0u
+#error "flash memory is programmed in words: SCEANN_STORE_BYTES must be a multiple of 4"
+#endif
+
 /* A write: at u16, n u8, data, CRC-16 over all of it (big-endian, so that the whole gives 0); padded to 4 bytes. */
 #define ENTRY_HEAD 3u
 #define ENTRY_MAX 260u

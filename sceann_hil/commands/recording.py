@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import StrEnum
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
 
@@ -15,7 +16,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from sceann_hil.errors import ViewerUnavailable
+from sceann_hil.errors import ViewerUnavailable, as_user_error
 from sceann_hil.pasting import pasteable
 from sceann_hil.recording import Detail, RecorderProcess, RecorderStatus, State
 from sceann_hil.recording.display import require_display
@@ -122,6 +123,11 @@ def recorded(console: Console, directory: Path, choice: RecordChoice) -> Iterato
     if choice is RecordChoice.NONE:
         yield
         return
+    if missing := _what_is_missing():
+        # nobody would read in the end what a recorder in the background says of it
+        yield
+        _tell_of_failure(console, directory, missing)
+        return
     recorder = RecorderProcess(directory, Detail(choice.value))
     recorder.start()
     try:
@@ -130,17 +136,31 @@ def recorded(console: Console, directory: Path, choice: RecordChoice) -> Iterato
         recorder.finish(timeout_s=0.0)
         raise
     status = recorder.finish(timeout_s=0.0)
-    again = f"sceann record {pasteable(directory)}"
     if status.state is State.FAILED:
-        console.print(f"[bold red]Not everything was recorded:[/] {escape(status.message)}", soft_wrap=True)
-        console.print(f"The run itself is complete; `{again}` makes the rest.", markup=False, soft_wrap=True)
+        _tell_of_failure(console, directory, status.message)
     elif status.state is not State.FINISHED:
         console.print(
             "Recording goes on in the background, at low priority: nobody has to wait for it. How far it is: "
-            f"`sceann status {pasteable(directory)}`. To wait: `{again}`.",
+            f"`sceann status {pasteable(directory)}`. To wait: `sceann record {pasteable(directory)}`.",
             markup=False,
             soft_wrap=True,
         )
+
+
+def _what_is_missing() -> str:
+    """Why nothing can be recorded here, if the package that draws is not installed."""
+    try:
+        if find_spec("rerun") is not None:
+            return ""
+    except ImportError:
+        pass
+    return str(as_user_error(ModuleNotFoundError("No module named 'rerun'", name="rerun")) or "rerun is not installed")
+
+
+def _tell_of_failure(console: Console, directory: Path, why: str) -> None:
+    console.print(f"[bold red]Not everything was recorded:[/] {escape(why)}", soft_wrap=True)
+    again = f"sceann record {pasteable(directory)}"
+    console.print(f"The run itself is complete; `{again}` makes the rest.", markup=False, soft_wrap=True)
 
 
 @contextmanager

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sceann_hil.evolution.algorithm import Algorithm, State
-from sceann_hil.evolution.checks import check_shape, checked_fitness, filled_population
+from sceann_hil.evolution.checks import check_shape, checked_fitness, checked_measures, filled_population
 from sceann_hil.evolution.dumping import Header, Reader, checked_parents, pack_bits, read_only
 from sceann_hil.network.coding import Bits
 
@@ -85,6 +85,27 @@ class AskTellAlgorithm(Algorithm[WrappedState]):
         checked = checked_fitness(fitness, self.population)
         optimiser = self.restore(state.optimiser, rng)
         optimiser.tell(state.genomes, checked)
+        return self._asked(optimiser)
+
+    def tell_with_measures(
+        self,
+        state: WrappedState,
+        fitness: NDArray[np.float64],
+        measures: NDArray[np.float64],
+        rng: np.random.Generator,
+    ) -> WrappedState:
+        """As `tell`; an optimiser with ``tell_with_measures(genomes, fitness, measures)`` is told these too."""
+        optimiser = self.restore(state.optimiser, rng)
+        told = getattr(optimiser, "tell_with_measures", None)
+        if told is None:
+            return self.tell(state, fitness, rng)
+        check_shape(state.genomes.shape, self.population, self.genome_length)
+        values = np.asarray(measures)
+        told(
+            state.genomes,
+            checked_fitness(fitness, self.population),
+            checked_measures(values, self.population, values.shape[-1] if values.ndim else 0),
+        )
         return self._asked(optimiser)
 
     def dump(self, state: WrappedState) -> bytes:

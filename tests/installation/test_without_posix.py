@@ -58,6 +58,9 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "pole.yaml").write_text(POLE)
     evolved = sceann(folder, "evolve pole.yaml --out run --record best")
     assert evolved.returncode == 0, evolved.stderr
+    # recording goes on behind a run that has ended
+    waited = sceann(folder, "record run")
+    assert waited.returncode == 0, waited.stderr
     return folder / "run"
 
 

@@ -136,7 +136,7 @@ def test_the_session_is_written_without_a_look_at_its_attempts(experiment: Exper
             looked += 1
             return 0
 
-        work = []
+        work: list[int] = []
         for n in (N, 20 * N):
             generation = len(work)
             nothing = [None] * n

@@ -29,9 +29,17 @@ def run() -> list[Figure]:
     robot = WorldDrive(world, senses, Motion(STEP, RADIUS, 2 * RADIUS), 0.1, threads=1)
     trials = one_each(SIZE, weights, starts, STEPS)
     steps = int(robot.run(trials).steps.sum())
-    ours = steps / median_s(lambda: robot.run(trials), clock=time.thread_time)
     some = 4_000
-    numpy_rate = some * STEPS / median_s(lambda: drive(weights[:some], starts[:some]), 1, time.thread_time)
+    # turn by turn: what else the machine does meets both
+    turns = [
+        (
+            median_s(lambda: robot.run(trials), 1, time.thread_time),
+            median_s(lambda: drive(weights[:some], starts[:some]), 1, time.thread_time),
+        )
+        for _ in range(3)
+    ]
+    ours_s, numpy_s = np.median(turns, axis=0).tolist()
+    ours, numpy_rate = steps / ours_s, some * STEPS / numpy_s
     ratio = ours / numpy_rate
     return [
         Figure("7 infrared sensors, 4 walls, 3 obstacles", f"{ours / 1e6:.1f} million steps/s", ">= 20", ours >= 20e6),

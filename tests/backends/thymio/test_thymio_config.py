@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from typing import Any
 
 import numpy as np
@@ -124,3 +125,14 @@ def test_the_arena_of_a_twin_is_a_scene_of_the_simulator() -> None:
     # the first row is the upper one
     assert picture[round(0.2 / 1.1 * rows), columns // 2] == 0
     assert picture[round(0.9 / 1.1 * rows), columns // 2] == 255
+
+
+def test_a_robot_without_a_start_stands_in_a_free_place() -> None:
+    middle = {"at_m": [0.55, 0.55], "radius_m": 0.3}
+    for world in ({}, {"obstacles": [middle]}, {"obstacles": [{"at_m": [0.15, 0.15], "radius_m": 0.05}]}):
+        config = twin(world=world)
+        text, _ = scene(config, {})
+        found = re.search(r'<robot type="thymio2" x="([0-9.]+)" y="([0-9.]+)"', text)
+        assert found is not None
+        start = {"x_m": float(found[1]) / 100.0, "y_m": float(found[2]) / 100.0, "heading_rad": 0.0}
+        assert config.refuses_start(start) == ""
