@@ -126,7 +126,7 @@ def test_the_champion_of_a_run_comes_from_its_journal(folder: Path) -> None:
     (folder / "run.yaml").write_text(run, encoding="utf-8")
     assert sceann("evolve", "run.yaml", "--out", "run", cwd=folder).returncode == 0
     told = json.loads(sceann("champion", "run", "--robust", "--json", cwd=folder).stdout)
-    assert told["champions"][0]["origin"].startswith("individual ")
+    assert told["champions"][0]["origin"].startswith("generation ")
     assert len({one["genome"] for one in told["champions"]}) == len(told["champions"])
 
 

@@ -35,6 +35,16 @@ def _has_namespaces() -> bool:
     return subprocess.run(["unshare", "-rn", "true"], capture_output=True, check=False).returncode == 0
 
 
+def _duplicate(listener: socket.socket) -> int:
+    """Another descriptor of it, with a larger number."""
+    if sys.platform == "win32":
+        return listener.fileno()
+    # POSIX only; Windows has been refused by now
+    import fcntl
+
+    return fcntl.fcntl(listener, fcntl.F_DUPFD, _FIRST_FREE)
+
+
 class Playground:
     """A running playground, reached through a port of this computer's loopback only.
 
@@ -58,9 +68,6 @@ class Playground:
                 "(unshare -rn).",
                 "Start it yourself where that does no harm, and give robot.host its address.",
             )
-        # there is none on Windows, which has been told by now
-        import fcntl
-
         self._open = ExitStack()
         folder = Path(self._open.enter_context(tempfile.TemporaryDirectory(prefix="sceann-playground-")))
         for name, content in (files or {}).items():
@@ -70,7 +77,7 @@ class Playground:
         with socket.create_server(("127.0.0.1", 0)) as listener:
             self.host = f"127.0.0.1:{listener.getsockname()[1]}"
             # the small numbers are taken in the shell that ends the program with this one
-            inherited = fcntl.fcntl(listener, fcntl.F_DUPFD, _FIRST_FREE)
+            inherited = _duplicate(listener)
         here = f"HOME={folder} XDG_DATA_HOME={folder} XDG_RUNTIME_DIR={folder} QT_QPA_PLATFORM=offscreen".split()
         bridge = Path(__file__).with_name("playground_bridge.py")
         try:

@@ -23,7 +23,9 @@ _SIOCSIFFLAGS, _IFF_UP, _PR_SET_PDEATHSIG, _SIGKILL = 0x8914, 1, 1, 9
 
 def loopback_up() -> None:
     """A fresh namespace has its loopback switched off."""
-    # only where there are namespaces
+    if sys.platform == "win32":
+        return
+    # POSIX only, as this program is
     import fcntl
 
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
@@ -87,7 +89,7 @@ def bridge(listener: socket.socket, port: int) -> None:
             to_inner.clear()
 
 
-if __name__ == "__main__":
+if sys.platform != "win32" and __name__ == "__main__":
     descriptor, inner_port, *command = sys.argv[1:]
     loopback_up()
     if os.fork() == 0:

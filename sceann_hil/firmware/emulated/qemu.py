@@ -37,6 +37,11 @@ def qemu_command(board: Board, image: Path, extra: Sequence[str] = ()) -> list[s
     ]
 
 
+def _needs_posix() -> None:
+    if sys.platform == "win32":
+        raise ToolMissing("Emulated boards need a POSIX system.", "Use Linux, or a board of your own.")
+
+
 class QemuBoard:
     """A running emulated board.
 
@@ -65,8 +70,7 @@ class QemuBoard:
                 eeprom.write_bytes(b"\xff" * EEPROM_BYTES)
             arguments += ["-drive", f"if=none,id=store,format=raw,file={eeprom}"]
             arguments += ["-device", f"at24c-eeprom,address=0x50,rom-size={EEPROM_BYTES},drive=store"]
-        if sys.platform == "win32":
-            raise ToolMissing("Emulated boards need a POSIX system.", "Use Linux, or a board of your own.")
+        _needs_posix()
         host, chip = socket.socketpair()
         arguments += ["-chardev", f"socket,id=line,fd={chip.fileno()}", "-serial", "chardev:line"]
         self.line = SocketLine(host)
