@@ -194,7 +194,7 @@ def _never(*_: object) -> None:
 
 
 TRANSFER = """
-task: {type: goal_reach, headings_deg: [0, 90], max_steps: 40}
+task: {type: goal_reach, start_m: [0.4, 0.4], headings_deg: [45, 20], max_steps: 40}
 robot: {type: diffdrive, n_sensors: 3}
 controller: {coding: sceann3, n_hidden: 1}
 algorithm: {type: transfer, evolve: 1, candidates: 20}

@@ -23,7 +23,9 @@ from sceann_hil.run.experiment import Outcome
 from tests.runs import evolve, resume
 
 BODY = {"type": "diffdrive", "n_sensors": 3, "tick_s": 0.05, "top_speed_m_s": 0.8}
-TASK = "{type: goal_reach, max_steps: 8, headings_deg: [0, 90]}"
+FAR = {**BODY, "arena_m": (9.0, 9.0), "target_m": (8.9, 8.9)}
+"""On the board's pins: nobody puts it back, so it must not come to the target."""
+TASK = "{type: goal_reach, max_steps: 8, start_m: [0.4, 0.4], headings_deg: [45, 20]}"
 SOURCE = f"""
 task: {TASK}
 robot: {BODY}
@@ -36,7 +38,7 @@ KILLED_AFTER = 3
 @pytest.mark.parametrize("mode", ["onboard", "tethered", "hil"])
 def test_killed_in_the_middle_it_goes_on_to_the_same_decisions(mode: str, tmp_path: Path) -> None:
     evolve(tmp_path / "source", SOURCE)
-    with VirtualPosix(VirtualBody(DifferentialDrive(DifferentialDriveConfig.model_validate(BODY)))) as virtual:
+    with VirtualPosix(VirtualBody(DifferentialDrive(DifferentialDriveConfig.model_validate(FAR)))) as virtual:
         facts = {"n_sensors": 3, "n_motors": 2, "tick_s": 0.05, "start_fields": ["x_m", "y_m", "heading_rad"]}
         section = {"type": "remote", "port": str(virtual.port), "mode": mode}
         section |= {"body": BODY} if mode == "hil" else facts
