@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -12,10 +12,12 @@ from backends.thymio.scene import scene
 from backends.thymio.section import START_FIELDS, ThymioSection
 from backends.thymio.tethered import TetheredThymio
 from backends.thymio.twin import ThymioTwinConfig
-from sceann_hil.firmware.emulated.playground import Playground
 from sceann_hil.plugins import Misfit, RobotConfig
 from sceann_hil.robot import RobotSpec
 from sceann_hil.robot.sensor_ends import SensorEnd, SensorWatch
+
+if TYPE_CHECKING:
+    from sceann_hil.firmware.emulated.playground import Playground
 
 
 class ThymioConfig(ThymioSection):
@@ -84,6 +86,9 @@ class ThymioConfig(ThymioSection):
         def simulator(start: dict[str, float]) -> Playground:
             if twin is None:
                 raise ValueError("expected a twin")
+            # an emulator, which a robot's host does without
+            from sceann_hil.firmware.emulated.playground import Playground
+
             return Playground(*scene(twin, start))
 
         connection = Connection(

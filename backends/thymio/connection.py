@@ -7,14 +7,17 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from sceann_hil.firmware.aesl.compiler import Code
 from sceann_hil.firmware.aesl.node import AsebaNode
 from sceann_hil.firmware.aesl.program import MEMORY_WORDS, OURS, End, Life, Running
 from sceann_hil.firmware.aesl.target import Target
-from sceann_hil.firmware.emulated.playground import Playground
 from sceann_hil.link.aseba_line import AsebaLine
 from sceann_hil.robot import LinkError
+
+if TYPE_CHECKING:
+    from sceann_hil.firmware.emulated.playground import Playground
 
 _STOPS = 3
 """How often a robot is told to stop before it counts as out of reach."""

@@ -10,7 +10,6 @@ from sceann_hil.firmware.aesl.document import aesl_document, image_code, life_of
 from sceann_hil.firmware.aesl.node import AsebaNode
 from sceann_hil.firmware.aesl.program import network_code
 from sceann_hil.firmware.aesl.verify import verify_aseba
-from sceann_hil.firmware.emulated.playground import ARENA, Playground
 from sceann_hil.firmware.verify import Sensors, Verification
 from sceann_hil.link.aseba_line import AsebaLine
 from sceann_hil.network.image import ControllerImage
@@ -40,6 +39,8 @@ def _thymio_at(port: str | None) -> Iterator[AsebaNode]:
     with ExitStack() as stack:
         host = port.removeprefix(_SOCKET) if port is not None and port.startswith(_SOCKET) else None
         if port is None:
+            from sceann_hil.firmware.emulated.playground import ARENA, Playground
+
             host = stack.enter_context(Playground(ARENA)).host
         node = AsebaNode(AsebaLine(None if host else port, host))
         stack.callback(node.close)

@@ -192,6 +192,11 @@ class SteppedRobot(Robot):
         except tuple(error for error, _ in _VOID) as error:
             end = next(reason for kind, reason in _VOID if isinstance(error, kind))
             self._why_void = str(error)
+        except Exception:
+            if self._interrupted is None:
+                raise
+            # the stop has spoken on the line in the middle of a question, and its answer was taken for the question's
+            end = self._interrupted
         finally:
             self.stop()
             if self._observer is not None:

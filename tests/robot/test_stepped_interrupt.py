@@ -47,3 +47,18 @@ def test_a_trial_that_is_called_off_before_its_first_step_is_void(pressed: EndRe
     robot = Pressed(pressed, step=0)
     assert EndReason(int(robot.run(one_trial(6)).end_reasons[0])) is reason
     assert "drive" not in robot.log
+
+
+class Confused(Pressed):
+    """Its line answers the question of the sensors with what the stop was answered."""
+
+    def sense(self) -> list[float]:
+        values = super().sense()
+        if self.log[-1] == "stop":
+            raise ValueError("could not convert string to float: 'ok'")
+        return values
+
+
+def test_an_answer_that_the_stop_has_mixed_up_is_no_fault() -> None:
+    results = Confused(EndReason.EMERGENCY_STOP, step=2).run(one_trial(6))
+    assert EndReason(int(results.end_reasons[0])) is EndReason.EMERGENCY_STOP

@@ -97,7 +97,9 @@ class Console(Operator):
                     self._keys.drop()
                 if view.phase in _SHOWN:
                     self._show(self._describe(view))
-                shown_s = time.monotonic()
+                if asks or view.phase in (Phase.PAUSED, Phase.SUSPENDED):
+                    # simulated trials that go by in milliseconds ask nothing and must not make anybody wait
+                    shown_s = time.monotonic()
             hit = self._keys.read(LOOK_S)
             if hit is not None:
                 self.desk.seen()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -34,6 +35,18 @@ def twin(tmp_path_factory: pytest.TempPathFactory) -> Path:
     directory = tmp_path_factory.mktemp("runs") / "twin"
     evolve(directory, TWIN)
     return directory
+
+
+def wait_until_refused(place: str) -> None:
+    """What keeps the simulator keeps its port for some seconds longer."""
+    host, port = place.split(":")
+    deadline_s = time.monotonic() + 20.0
+    while time.monotonic() < deadline_s:
+        try:
+            socket.create_connection((host, int(port)), timeout=5.0).close()
+        except ConnectionRefusedError:
+            return
+        time.sleep(0.1)
 
 
 def counted(directory: Path) -> list[int]:
@@ -88,6 +101,7 @@ def test_a_champion_is_exported_verified_and_left_on_the_robot(twin: Path, tmp_p
         assert (told["equal"], told["recorded_sequences"]) == (True, 1)
         left = sceann("flash", twin, "--board", "thymio", "--port", place)
         assert "words of byte code on the Thymio" in left.stdout
+    wait_until_refused(playground.host)
     gone = sceann("flash", twin, "--board", "thymio", "--port", place)
     assert gone.returncode == ExitCode.FLASH
     assert "cannot be reached" in gone.stderr

@@ -241,7 +241,10 @@ def world(**keys: object) -> dict[str, object]:
         (world(line={"points_m": ((0.1, 0.1), (0.7, 0.1))}), "world.line: expected a point in the arena"),
         (world(line={"points_m": ((0.1, 0.1), (0.1, 0.1))}), "world.line: expected different corners"),
         (world(shades=((0.0, 1.0), (0.0,))), "world.shades: expected at least 2 rows of one length"),
-        (world(infrared=({"direction_deg": 0.0, "response": ((0.2, 0.5),)},)), "response: expected distances"),
+        (
+            world(infrared=({"direction_deg": 0.0, "response": ((0.05, 0.5), (0.2, 0.5))},)),
+            "response: expected distances",
+        ),
         (world(infrared=({"direction_deg": 0.0, "response": ((0.05, 0.5),)},)), "readings of at least 2 distances"),
         ({**world(), "n_sensors": 5}, "n_sensors: expected nothing here beside world"),
     ],
