@@ -138,9 +138,14 @@ class ClusterWorkers:
         """The next block that is over, one way or the other."""
         while True:
             try:
-                return finished.get(timeout=_LOOK_S)
+                over = finished.get(timeout=_LOOK_S)
             except Empty:
                 self._look()
+                continue
+            if self._waits:
+                # whoever was told that there are no workers is told when that is over, however quick they are
+                self._look()
+            return over
 
     def _look(self) -> None:
         """How many workers there are; says when there are none."""
