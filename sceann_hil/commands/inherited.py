@@ -8,7 +8,7 @@ them was meant for us, so that none may end a command, and none may silently swi
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, MutableMapping
+from collections.abc import MutableMapping
 
 
 def _is_a_positive_number(value: str) -> bool:
@@ -36,15 +36,15 @@ _NEVER_OURS = (
     "NODE_OPTIONS",
     "NODE_PATH",
 )
-_ONLY_IF: dict[str, Callable[[str], bool]] = {
-    "NUMBA_NUM_THREADS": _is_a_positive_number,
-    "TERMINAL_WIDTH": _is_a_positive_number,
-    "RERUN_FLUSH_NUM_BYTES": _is_a_positive_number,
-    "RERUN_CHUNK_MAX_BYTES": _is_a_positive_number,
-    "RERUN_CHUNK_MAX_ROWS": _is_a_positive_number,
-}
-"""Variables that are heard if they make sense."""
-
+_POSITIVE_NUMBERS = (
+    "NUMBA_NUM_THREADS",
+    "TERMINAL_WIDTH",
+    "RERUN_FLUSH_NUM_BYTES",
+    "RERUN_CHUNK_MAX_BYTES",
+    "RERUN_CHUNK_MAX_ROWS",
+)
+"""Variables that are heard if that is what they are."""
+_TEMPORARY_FOLDER = ("TMPDIR", "TEMP", "TMP")
 
 _COMPLETION = "_SCEANN_COMPLETE"
 _WORDS_TO_COMPLETE = {"COMP_WORDS", "_TYPER_COMPLETE_ARGS"}
@@ -59,8 +59,8 @@ def set_right(environment: MutableMapping[str, str] = os.environ) -> None:
     """
     for name in _NEVER_OURS:
         environment.pop(name, None)
-    for name, makes_sense in _ONLY_IF.items():
-        if name in environment and not makes_sense(environment[name]):
+    for name in _POSITIVE_NUMBERS:
+        if name in environment and not _is_a_positive_number(environment[name]):
             del environment[name]
     if not _WORDS_TO_COMPLETE & environment.keys():
         environment.pop(_COMPLETION, None)
@@ -69,7 +69,8 @@ def set_right(environment: MutableMapping[str, str] = os.environ) -> None:
 
 def _find_temporary_folder(environment: MutableMapping[str, str]) -> None:
     """Python looks for another folder if the named one is gone; the programs that it starts do not."""
-    if not {"TMPDIR", "TEMP", "TMP"} & environment.keys():
+    named = [name for name in _TEMPORARY_FOLDER if name in environment]
+    if not named:
         return
     import tempfile
 
@@ -77,6 +78,5 @@ def _find_temporary_folder(environment: MutableMapping[str, str]) -> None:
         found = tempfile.gettempdir()
     except OSError:
         return  # there is none: whoever needs one says so
-    for name in ("TMPDIR", "TEMP", "TMP"):
-        if name in environment:
-            environment[name] = found
+    for name in named:
+        environment[name] = found

@@ -153,10 +153,8 @@ def _why(group: Group, kind: str, versions: Mapping[str, str], error: PluginErro
         return PackageMissing(error.message, error.hint)
     here = running_versions()
     packages = [f"{name}=={version}" for name, version in versions.items() if name not in here]
-    among = f", which came with {' or '.join(packages)}" if packages else ""
+    origin = f", which came with {' or '.join(packages)}," if packages else ""
     return PackageMissing(
-        f"The {group.singular} {kind!r}{among}, is not installed here."
-        if among
-        else f"The {group.singular} {kind!r} is not installed here.",
+        f"The {group.singular} {kind!r}{origin} is not installed here.",
         f"Install it: pip install {packages[0]}" if len(packages) == 1 else "Install the package that provides it.",
     )
