@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from backends.thymio.connection import Connection, Done
-from backends.thymio.doctor import examine
+from backends.thymio.reached import ReachedThymio
 from backends.thymio.tethered import QUIET_S
 from sceann_hil.firmware.aesl.compiler import Code
 from sceann_hil.firmware.aesl.program import HEAD, End, network_code
@@ -20,18 +19,14 @@ from sceann_hil.network.recompute import recompute
 from sceann_hil.robot import (
     UNKNOWN_STATE,
     EndReason,
-    Health,
     LinkError,
     Results,
-    Robot,
-    RobotError,
     RobotFault,
     RobotSpec,
     Trace,
     TrialObserver,
     Trials,
 )
-from sceann_hil.robot.diagnosis import Finding, Mover
 from sceann_hil.robot.drawing import Drawing
 from sceann_hil.robot.durations import Durations
 from sceann_hil.robot.sensor_ends import SensorWatch
@@ -42,7 +37,7 @@ _LISTEN_S = 0.02
 MOST_STEPS = 65_535
 
 
-class OnboardThymio(Robot):
+class OnboardThymio(ReachedThymio):
     """One trial at a time; every step's sensors come as an event, with the hash of all states so far.
 
     Args:
@@ -55,34 +50,10 @@ class OnboardThymio(Robot):
     def __init__(
         self, spec: RobotSpec, connection: Connection, ends: SensorWatch | None, drawing: Drawing | None
     ) -> None:
-        self._spec = spec
-        self._connection = connection
-        self._ends = ends
-        self._drawing = drawing
+        super().__init__(spec, connection, ends, drawing)
         self._observer: TrialObserver | None = None
         self._interrupted: EndReason | None = None
         self._lateness = Durations()
-        self._complaint = ""
-
-    @property
-    def spec(self) -> RobotSpec:
-        return self._spec
-
-    @property
-    def drawing(self) -> Drawing | None:
-        return self._drawing
-
-    def connect(self) -> None:
-        """Find it; the motors are stopped.
-
-        Raises:
-            LinkError: it is not there, or it is another one.
-        """
-        self._connection.open()
-
-    def disconnect(self) -> None:
-        self.make_safe("disconnect")
-        self._connection.close()
 
     def make_safe(self, reason: str) -> bool:
         return self._connection.stop()
@@ -96,20 +67,8 @@ class OnboardThymio(Robot):
     def timing(self) -> dict[str, Durations]:
         return {"lateness of a control step": self._lateness} if len(self._lateness) else {}
 
-    def health(self) -> Health:
-        return Health(self._connection.is_connected, messages=(self._complaint,) if self._complaint else ())
-
-    def probe(self) -> None:
-        try:
-            self._connection.reach()
-        except RobotError as error:
-            self._complaint = str(error)
-
     def observe(self, observer: TrialObserver | None) -> None:
         self._observer = observer
-
-    def diagnose(self, mover: Mover | None = None) -> Iterator[Finding]:
-        yield from examine(self._connection, mover)
 
     # -- trials -----------------------------------------------------------------------------------------------------
 

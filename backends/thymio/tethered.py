@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from backends.thymio.connection import Connection, Done
-from backends.thymio.doctor import examine
+from backends.thymio.reached import ReachedThymio
 from sceann_hil.firmware.aesl.program import HEAD, End, motor_target, tethered_code
 from sceann_hil.network.controller import ONE, SENSOR_MAX
-from sceann_hil.robot import EndReason, Health, LinkError, Results, RobotError, RobotSpec, Trials, TrialVoid
-from sceann_hil.robot.diagnosis import Finding, Mover
+from sceann_hil.robot import EndReason, LinkError, Results, RobotSpec, Trials, TrialVoid
 from sceann_hil.robot.drawing import Drawing
 from sceann_hil.robot.durations import Durations
 from sceann_hil.robot.sensor_ends import SensorWatch
@@ -26,7 +24,7 @@ QUIET_S = 1.0
 """A robot that was not heard for so long in a trial is lost; by then it has stopped by itself."""
 
 
-class TetheredThymio(SteppedRobot):
+class TetheredThymio(ReachedThymio, SteppedRobot):
     """The robot keeps the clock: a control step begins when its sensors arrive.
 
     Args:
@@ -39,48 +37,14 @@ class TetheredThymio(SteppedRobot):
     def __init__(
         self, spec: RobotSpec, connection: Connection, ends: SensorWatch | None, drawing: Drawing | None
     ) -> None:
-        super().__init__()
-        self._spec = spec
-        self._connection = connection
-        self._ends = ends
-        self._drawing = drawing
+        super().__init__(spec, connection, ends, drawing)
         self._number = 0
         self._wire: NDArray[np.uint16] = np.zeros(spec.n_sensors, np.uint16)
         self._tick = -1
-        self._complaint = ""
-
-    @property
-    def spec(self) -> RobotSpec:
-        return self._spec
-
-    @property
-    def drawing(self) -> Drawing | None:
-        return self._drawing
-
-    def connect(self) -> None:
-        """Find it; the motors are stopped.
-
-        Raises:
-            LinkError: it is not there, or it is another one.
-        """
-        self._connection.open()
-
-    def disconnect(self) -> None:
-        self.make_safe("disconnect")
-        self._connection.close()
 
     @property
     def timing(self) -> dict[str, Durations]:
         return {"lateness": self.lateness} if len(self.lateness) else {}
-
-    def health(self) -> Health:
-        return Health(self._connection.is_connected, messages=(self._complaint,) if self._complaint else ())
-
-    def probe(self) -> None:
-        try:
-            self._connection.reach()
-        except RobotError as error:
-            self._complaint = str(error)
 
     # -- trials -----------------------------------------------------------------------------------------------------
 
@@ -165,6 +129,3 @@ class TetheredThymio(SteppedRobot):
 
     def make_safe(self, reason: str) -> bool:
         return self._connection.stop()
-
-    def diagnose(self, mover: Mover | None = None) -> Iterator[Finding]:
-        yield from examine(self._connection, mover)
